@@ -62,6 +62,30 @@ fn implicit_steps_take_the_memory_that_check_promises() {
     }
 }
 
+/// Stress recovered at vertices takes as much as the rest of a run of explicit steps, and more.
+#[cfg(target_os = "linux")]
+#[test]
+fn recovered_stress_takes_the_memory_that_check_promises() {
+    let time = "integrator = 'velocity-verlet'";
+    let (_, own) = promised_and_taken(&block(2, "[2, 1]", 1, time));
+    for (dimension, cells, order, element) in [
+        (2, "[200, 130]", 1, ""),
+        (2, "[100, 65]", 2, ""),
+        (2, "[100, 65]", 2, ", element = 'quadrilateral'"),
+        (3, "[24, 20, 20]", 1, ""),
+        (3, "[24, 20, 20]", 1, ", element = 'hexahedron'"),
+    ] {
+        let scene = block(dimension, cells, order, time).replace("['energy']", "['nodal-von-mises']");
+        let scene = scene.replace(cells, &format!("{cells}{element}"));
+        let (promised, peak) = promised_and_taken(&scene);
+        let taken = peak - own;
+        assert!(
+            is_near(promised, taken),
+            "{dimension}D, order {order}{element}: {promised:e} B promised, {taken:e} B taken"
+        );
+    }
+}
+
 /// A block that comes to lie on a table. Its matrix gets blocks of contact on the way, so that it is analysed
 /// anew: the factor of before is given back first, where two of them took twice the memory promised.
 #[cfg(target_os = "linux")]

@@ -187,6 +187,30 @@ fn a_measure_of_several_numbers_is_told_with_their_names() {
 }
 
 #[test]
+fn pictures_and_exports_have_the_stress_at_nodes() {
+    let bench = recorded(
+        "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-4, duration = 1e-3 }\n\
+         output = { rate = 1e3, channels = ['state', 'nodal-von-mises', 'nodal-stress', 'zz'] }\n[[body]]\n\
+         mesh = { grid = { cells = [2, 2], size = [1, 1] } }\nmass = { density = 1.0 }\n\
+         elastic = { neo-hookean = { young = 1e3, poisson = 0.3 } }\n\
+         position = { affine = { matrix = [[1.1, 0.0], [0.0, 1.0]] } }\n",
+    );
+    for by in ["nodal-von-mises", "nodal-stress xy", "zz"] {
+        bench.pliant(["render", "scene.mcap", "-q", "-o", "a.svg", "--colour-by", by]).succeeded();
+        let svg = std::fs::read_to_string(bench.path("a.svg")).unwrap();
+        let unit = if by == "zz" { "sqrt(J)" } else { "Pa" };
+        assert!(svg.contains(&format!("{by} [{unit}]")), "{by}");
+        std::fs::remove_file(bench.path("a.svg")).unwrap();
+    }
+    bench.pliant(["view", "scene.mcap", "--no-open", "-o", "a.html"]).succeeded();
+    bench.pliant(["export", "scene.mcap", "--to", "a.vtu", "--frames", "0"]).succeeded();
+    let vtu = std::fs::read_to_string(bench.path("a.vtu")).unwrap();
+    for name in ["nodal-von-mises", "nodal-stress", "principal-1", "principal-3", "zz"] {
+        assert_eq!(vtu.matches(&format!("Name=\"{name}\"")).count(), 1, "{name}");
+    }
+}
+
+#[test]
 fn titles_are_text_in_svg() {
     let bench = recorded(BALL);
     bench.pliant(["render", "scene.mcap", "-o", "a.svg", "-q"]).succeeded();

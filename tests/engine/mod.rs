@@ -7,6 +7,7 @@ mod hessian;
 mod increments;
 mod modes;
 mod multigrid;
+mod nodal_stress;
 mod paths;
 mod presets;
 mod rayleigh;

@@ -149,6 +149,15 @@ def test_probes_and_every_channel_are_read(tmp_path: Path) -> None:
         np.testing.assert_array_equal(trajectory.measure(name)[-1], expected)
         measured += 1
     assert measured == len(MEASURES)
+    # The stress at nodes, and its error.
+    for kind, name in (("von-mises", "nodal-von-mises"), ("cauchy", "nodal-stress")):
+        vertices, stress = simulation.nodal_stress(kind=kind)
+        found = trajectory.measure(name)[-1]
+        assert len(vertices) == len(found) == trajectory.vertex_count
+        rows = stress[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]] if kind == "cauchy" else stress[:, None]
+        np.testing.assert_array_equal(found[vertices], rows)
+    error = trajectory.measure("zz")[-1]
+    assert error.shape == (len(simulation.measure("jacobian")), 1) and (error >= 0).all()
 
 
 def test_frames_are_exported_as_by_the_command_line(
@@ -213,8 +222,8 @@ pliant.Simulation(scene).run(record=sys.argv[2], callback=kill)
 def test_meshes_carry_what_export_writes(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     pyvista = pytest.importorskip("pyvista")
-    channels = ["state", *(name for name in pliant.catalogue("channels") if name in MEASURES)]
-    assert len(channels) == 1 + len(MEASURES)
+    channels = ["state", *(name for name in pliant.catalogue("channels") if name in MEASURES | RECOVERED)]
+    assert len(channels) == 1 + len(MEASURES) + len(RECOVERED)
     # Springs and particles are cells that are no elements.
     others = """
 [[body]]
@@ -237,8 +246,10 @@ mass = { total = 1.0 }
             "pyvista": pyvista.read(tmp_path / "frame.vtu"),
         }
         mesh, grid = trajectory.to_meshio(frame), trajectory.to_pyvista(frame)
-        assert set(mesh.cell_data) == set(written["meshio"].cell_data) == {"body", *MEASURES}
-        assert set(mesh.point_data) == set(written["meshio"].point_data) == {"displacement", "velocity"}
+        assert set(mesh.cell_data) == set(written["meshio"].cell_data) == {"body", "zz", *MEASURES}
+        points = {"displacement", "velocity", "nodal-von-mises", "nodal-stress"}
+        points |= {f"principal-{k}" for k in (1, 2, 3)}
+        assert set(mesh.point_data) == set(written["meshio"].point_data) == points
         for name in mesh.point_data:
             np.testing.assert_array_equal(mesh.point_data[name], written["meshio"].point_data[name])
             np.testing.assert_array_equal(grid.point_data[name], written["pyvista"].point_data[name])
@@ -271,6 +282,7 @@ MEASURES = {
     "von-mises",
     "energy-density",
 }
+RECOVERED = {"nodal-von-mises", "nodal-stress", "zz"}
 
 
 def test_quantities_over_time_are_drawn(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:

@@ -4,7 +4,7 @@ mod quantities;
 
 use std::collections::BTreeMap;
 
-use crate::diagnostics::{Diagnostics, ElementState, Reaction};
+use crate::diagnostics::{Diagnostics, ElementState, Reaction, SymmetricTensor};
 use crate::energy::SurfaceContact;
 use crate::simulation::Simulation;
 pub use crate::simulation::Work;
@@ -39,6 +39,12 @@ pub struct Frame<'a> {
     pub reactions: Option<&'a [Reaction]>,
     /// Surfaces in contact, in a fixed order.
     pub contacts: Option<&'a [SurfaceContact]>,
+    /// Recovered Cauchy stress at every vertex [Pa]; NaN at a vertex of no element. `None` also without
+    /// [`Simulation::set_recovery`].
+    pub nodal_stress: Option<&'a [SymmetricTensor]>,
+    /// Estimated error of the stress of all finite elements, in the order of `elements` [sqrt(J)]. `None`
+    /// also without [`Simulation::set_recovery`].
+    pub stress_error: Option<&'a [f64]>,
     /// Work counters.
     pub work: Work,
 }
@@ -58,6 +64,8 @@ impl Frame<'_> {
         let contacts = reads(Quantities::CONTACTS).then(|| simulation.contacts());
         let points = reads(Quantities::POINTS).then(|| simulation.point_states());
         let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
+        let nodal_stress = reads(Quantities::NODAL_STRESS).then(|| simulation.recovered_stress()).flatten();
+        let stress_error = reads(Quantities::STRESS_ERROR).then(|| simulation.recovered_error()).flatten();
         let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
         show(&Frame {
             index,
@@ -72,6 +80,8 @@ impl Frame<'_> {
             points: points.as_deref(),
             reactions: reactions.as_deref(),
             contacts: contacts.as_deref(),
+            nodal_stress: nodal_stress.as_deref(),
+            stress_error: stress_error.as_deref(),
             work: simulation.work(),
         })
     }
@@ -87,6 +97,8 @@ impl<'a> Frame<'a> {
             | Quantities::POINTS.only_if(self.points.is_some())
             | Quantities::REACTIONS.only_if(self.reactions.is_some())
             | Quantities::CONTACTS.only_if(self.contacts.is_some())
+            | Quantities::NODAL_STRESS.only_if(self.nodal_stress.is_some())
+            | Quantities::STRESS_ERROR.only_if(self.stress_error.is_some())
     }
 
     /// Returns the frame restricted to these quantities.
@@ -100,6 +112,8 @@ impl<'a> Frame<'a> {
             points: self.points.filter(|_| has(Quantities::POINTS)),
             reactions: self.reactions.filter(|_| has(Quantities::REACTIONS)),
             contacts: self.contacts.filter(|_| has(Quantities::CONTACTS)),
+            nodal_stress: self.nodal_stress.filter(|_| has(Quantities::NODAL_STRESS)),
+            stress_error: self.stress_error.filter(|_| has(Quantities::STRESS_ERROR)),
             ..*self
         }
     }

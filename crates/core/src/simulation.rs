@@ -83,6 +83,8 @@ pub struct Simulation {
     records: StepRecords,
     /// Element points for which states are requested.
     points: Vec<(usize, Barycentric)>,
+    /// Recovery of stresses at nodes, if frames have them.
+    recovery: Option<Box<stresses::FrameRecovery>>,
     /// Stability limit at the start, once requested.
     stability: Option<StabilityLimit>,
     /// Term of [`Simulation::set_external_forces`].
@@ -133,6 +135,7 @@ impl Simulation {
             path: None,
             records: StepRecords::default(),
             points: vec![],
+            recovery: None,
             stability: None,
             external_forces: None,
             grab: None,

@@ -38,7 +38,7 @@ impl LivePage {
         recorder.finish()?;
         let mut drawing = Drawing::without_skins(&path, experiment.source().directory())?;
         let page = ViewerPage::live(&mut drawing, &PageBudget::default(), socket)?;
-        let of_measures = |colouring: &Colouring| matches!(colouring, Colouring::Measure { .. });
+        let of_measures = |colouring: &Colouring| matches!(colouring, Colouring::Field { .. });
         let measures = drawing.colourings().into_iter().filter(of_measures);
         let measures = measures.map(|colouring| colouring.to_string()).collect();
         Ok(LivePage { html: page.html, title: drawing.title().to_owned(), measures })
@@ -54,6 +54,7 @@ fn channels(experiment: &Experiment) -> Vec<Channel> {
             channels.push(channel);
         }
     }
-    channels.retain(|channel| *channel != Channel::Mesh);
+    // Stress is not recovered while a page is served.
+    channels.retain(|channel| *channel != Channel::Mesh && !channel.is_recovered());
     channels
 }

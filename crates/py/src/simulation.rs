@@ -24,7 +24,7 @@ use pyo3::types::PyDict;
 use crate::arrays::Doubles;
 use crate::scene::PyScene;
 use crate::{arguments, arrays, errors, threads};
-pub(crate) use measure::{contacts_table, energies, measure_named};
+pub(crate) use measure::{contacts_table, energies};
 pub(crate) use parameters::{Additions, Raised};
 pub(crate) use state::place;
 pub(crate) use vibration::PySuperposition;

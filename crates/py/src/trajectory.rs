@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1};
+use pliant::diagnostics::RecordedField;
 use pliant_record::RecordError;
-use pliant_record::read::{Column, Trajectory, info, recover};
+use pliant_record::export::principal_stresses;
+use pliant_record::read::{Column, RecordedRows, Trajectory, info, recover};
 use pyo3::exceptions::{PyFileExistsError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::Doubles;
-use crate::simulation::{contacts_table, measure_named};
+use crate::simulation::contacts_table;
 use crate::{arrays, document, errors};
 
 /// The frames of a complete file, read one by one. What `Trajectory` is made of.
@@ -40,6 +42,15 @@ impl PyRecording {
         let (values, shape) =
             self.read(py, |reader| Ok((read(reader)?, [reader.vertex_count(), reader.dimension()])))?;
         arrays::array(py, values, &shape)
+    }
+
+    /// A field of elements or vertices by its name.
+    fn field(&self, py: Python<'_>, name: &str, frame: usize) -> PyResult<RecordedRows> {
+        let field = RecordedField::named(name).ok_or_else(|| {
+            let names: Vec<&str> = RecordedField::all().map(|field| field.name).collect();
+            PyValueError::new_err(format!("there is no measure {name:?}; there are {}", names.join(", ")))
+        })?;
+        self.read(py, |reader| reader.field(&field, frame))
     }
 
     fn columns<'py>(
@@ -107,8 +118,7 @@ impl PyRecording {
     }
 
     fn elements<'py>(&self, py: Python<'py>, measure: &str, frame: usize) -> PyResult<Doubles<'py>> {
-        let measure = measure_named(measure)?;
-        let rows = self.read(py, |reader| reader.elements(measure, frame))?;
+        let rows = self.field(py, measure, frame)?;
         let width = rows.fields.len();
         let count = rows.values.len() / width;
         arrays::array(py, rows.values, &[count, width])
@@ -116,9 +126,15 @@ impl PyRecording {
 
     /// Which rows of [`elements`](Self::elements) are of which body: name, first row, number of rows.
     fn element_bodies(&self, py: Python<'_>, measure: &str) -> PyResult<Vec<(String, usize, usize)>> {
-        let measure = measure_named(measure)?;
-        let rows = self.read(py, |reader| reader.elements(measure, 0))?;
+        let rows = self.field(py, measure, 0)?;
         Ok(rows.bodies.into_iter().map(|body| (body.name, body.first, body.count)).collect())
+    }
+
+    /// Principal values of the recorded `nodal-stress` at every vertex, in descending order.
+    fn principal_stresses<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Doubles<'py>> {
+        let rows = principal_stresses(&self.field(py, "nodal-stress", frame)?.values);
+        let count = rows.len();
+        arrays::array(py, rows.into_iter().flatten().collect(), &[count, 3])
     }
 
     /// Writes frames for other programs; returns the files.

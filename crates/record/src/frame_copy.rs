@@ -1,15 +1,16 @@
 //! Copies of frames, kept until they are encoded.
 
-use pliant::diagnostics::{Diagnostics, ElementState, Reaction};
+use pliant::diagnostics::{Diagnostics, ElementState, Reaction, SymmetricTensor};
 use pliant::energy::SurfaceContact;
 use pliant::observer::{Frame, Work};
 
 /// Size of a copy of `frame` [bytes].
 pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
-    let Frame { x, v, elements, points, reactions, contacts, .. } = *frame;
+    let Frame { x, v, elements, points, reactions, contacts, nodal_stress, stress_error, .. } = *frame;
     let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
     let forces = reactions.map_or(0, size_of_val) + contacts.map_or(0, size_of_val);
-    size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + forces
+    let recovered = nodal_stress.map_or(0, size_of_val) + stress_error.map_or(0, size_of_val);
+    size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + forces + recovered
 }
 
 /// Copy of an optional slice, which reuses its memory.
@@ -48,6 +49,8 @@ pub(super) struct FrameCopy {
     points: OptionalCopy<ElementState>,
     reactions: OptionalCopy<Reaction>,
     contacts: OptionalCopy<SurfaceContact>,
+    nodal_stress: OptionalCopy<SymmetricTensor>,
+    stress_error: OptionalCopy<f64>,
     work: Work,
 }
 
@@ -67,6 +70,8 @@ impl FrameCopy {
             points: OptionalCopy::EMPTY,
             reactions: OptionalCopy::EMPTY,
             contacts: OptionalCopy::EMPTY,
+            nodal_stress: OptionalCopy::EMPTY,
+            stress_error: OptionalCopy::EMPTY,
             work: Work::default(),
         }
     }
@@ -85,6 +90,8 @@ impl FrameCopy {
         self.points.set(points);
         self.reactions.set(reactions);
         self.contacts.set(contacts);
+        self.nodal_stress.set(frame.nodal_stress);
+        self.stress_error.set(frame.stress_error);
         self.work = work;
     }
 
@@ -102,6 +109,8 @@ impl FrameCopy {
             points: self.points.get(),
             reactions: self.reactions.get(),
             contacts: self.contacts.get(),
+            nodal_stress: self.nodal_stress.get(),
+            stress_error: self.stress_error.get(),
             work: self.work,
         }
     }

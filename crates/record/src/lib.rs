@@ -6,6 +6,8 @@
 //! | `/state` | `foxglove.PointCloud` | positions [m] and velocities [m/s] of every vertex, doubles, every frame |
 //! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
 //! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: its centroid, and a [measure](pliant::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
+//! | `/elements/zz` | `foxglove.PointCloud` | the same with the estimated [error](pliant::diagnostics::ERROR_MEASURE) of the stress |
+//! | `/vertices/<measure>` | `foxglove.PointCloud` | one row for each vertex: its position, and a [measure](pliant::diagnostics::NODAL_MEASURES) of the recovered stress, doubles, every frame |
 //! | `/energy` | JSON | [`Diagnostics`](pliant::diagnostics::Diagnostics) and work counters, every frame |
 //! | `/reactions` | JSON | force and moment of every [pin](pliant::diagnostics::Reaction) not yet released and every wall, by name, every frame |
 //! | `/probe/<name>` | JSON | a [reading](pliant::probe::Reading) of each probe, every frame |

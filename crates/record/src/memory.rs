@@ -6,7 +6,7 @@ use super::background_writer::{self, LARGE_BYTES};
 use super::channels;
 use super::container::CHUNK_BYTES;
 use super::{Options, channels::elements};
-use pliant::diagnostics::ElementState;
+use pliant::diagnostics::{ElementState, SymmetricTensor};
 use pliant::observer::Quantities;
 use pliant::topology::Topology;
 
@@ -47,8 +47,13 @@ pub fn predicted_bytes(options: &Options, topology: &Topology, frames: u64) -> u
     of_encoders.held + of_encoders.message + journal + waiting + COMPRESSOR_BYTES
 }
 
-/// Size of a frame copy [bytes]: positions and velocities, and element states if needed.
+/// Size of a frame copy [bytes]: positions and velocities, element states and recovered stress if needed.
 fn frame_bytes(quantities: Quantities, topology: &Topology) -> usize {
-    let elements = if quantities.contains(Quantities::ELEMENTS) { elements::count(topology) } else { 0 };
-    16 * topology.vertex_count * topology.dimension + elements * size_of::<ElementState>()
+    let if_needed = |quantity, bytes| if quantities.contains(quantity) { bytes } else { 0 };
+    let of_element = if_needed(Quantities::ELEMENTS, size_of::<ElementState>())
+        + if_needed(Quantities::STRESS_ERROR, size_of::<f64>());
+    let of_vertex =
+        16 * topology.dimension + if_needed(Quantities::NODAL_STRESS, size_of::<SymmetricTensor>());
+    let elements = if of_element > 0 { elements::count(topology) } else { 0 };
+    of_vertex * topology.vertex_count + of_element * elements
 }

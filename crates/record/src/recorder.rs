@@ -262,8 +262,13 @@ impl McapRecorder {
                 let topic = topic.clone();
                 return Err(RecordError::MissingQuantities { frame: number, quantities, topic });
             }
-            let (expected, found) = (self.element_count, frame.elements.map_or(0, <[_]>::len));
-            if needed.contains(Quantities::ELEMENTS) && found != expected {
+            let counts = [
+                (Quantities::ELEMENTS, frame.elements.map_or(0, <[_]>::len)),
+                (Quantities::STRESS_ERROR, frame.stress_error.map_or(0, <[_]>::len)),
+            ];
+            let expected = self.element_count;
+            let mut counts = counts.into_iter().filter(|(quantities, _)| needed.contains(*quantities));
+            if let Some((_, found)) = counts.find(|(_, found)| *found != expected) {
                 return Err(RecordError::ElementCount { frame: number, expected, found });
             }
         }

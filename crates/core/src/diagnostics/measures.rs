@@ -6,20 +6,22 @@
 //! 2. Add its entry to `channels!` in `crates/scene/src/schema/channel.rs`, with the same name and no
 //!    sentences. Recordings, exports, colours of pictures and probes know it from there.
 //! 3. Compare it with closed forms in `tests/engine/element_state.rs`, and print the scene format anew.
+//!
+//! Measures of recovered stresses are in `NODAL_MEASURES`, those of their error in `ERROR_MEASURE`.
 
 use crate::algebra::Mat;
-use crate::element::ElementState;
+use crate::element::{ElementState, von_mises};
 
-/// A measure of deformation, strain or stress.
+/// A measure of deformation, strain or stress, computed from a `T`.
 #[derive(Clone, Copy, Debug)]
-pub struct Measure {
+pub struct Measure<T = ElementState> {
     /// Name of the channel in a scene, of the topic after `/elements/`, and of the cell data in exports.
     pub name: &'static str,
     /// Unit; `1` if dimensionless.
     pub unit: &'static str,
     /// Names of its components, in their order.
     pub fields: &'static [&'static str],
-    write: fn(&ElementState, &mut Vec<f64>),
+    write: fn(&T, &mut Vec<f64>),
 }
 
 const SCALAR: &[&str] = &["value"];
@@ -81,20 +83,102 @@ pub const MEASURES: [Measure; 9] = [
     },
 ];
 
+/// Symmetric tensor: xx, yy, zz, xy, yz, xz, the order of VTK.
+pub type SymmetricTensor = [f64; 6];
+
+/// Measures of the recovered Cauchy stress at vertices.
+pub const NODAL_MEASURES: [Measure<SymmetricTensor>; 2] = [
+    Measure {
+        name: "nodal-von-mises",
+        unit: "Pa",
+        fields: SCALAR,
+        write: |stress, out| {
+            let [xx, yy, zz, xy, yz, xz] = *stress;
+            out.push(von_mises(&Mat([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])));
+        },
+    },
+    Measure { name: "nodal-stress", unit: "Pa", fields: SYMMETRIC, write: |stress, out| out.extend(stress) },
+];
+
+/// Estimated error of the stress of elements, [`StressError`](super::recovery::StressError).
+pub const ERROR_MEASURE: Measure<f64> =
+    Measure { name: "zz", unit: "sqrt(J)", fields: SCALAR, write: |error, out| out.push(*error) };
+
 impl Measure {
     /// Returns the measure of this name; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Measure> {
         MEASURES.iter().find(|measure| measure.name == name)
     }
+}
 
+impl<T> Measure<T> {
     /// Appends its components to `out`, in the order of the [`fields`](Self::fields).
-    pub fn write(&self, state: &ElementState, out: &mut Vec<f64>) {
-        (self.write)(state, out);
+    pub fn write(&self, value: &T, out: &mut Vec<f64>) {
+        (self.write)(value, out);
+    }
+
+    /// Returns the field of a recording that holds this measure of elements.
+    pub const fn of_elements(&self) -> RecordedField {
+        RecordedField { name: self.name, unit: self.unit, fields: self.fields, rows: FieldRows::Elements }
+    }
+
+    /// Returns the field of a recording that holds this measure of vertices.
+    pub const fn of_vertices(&self) -> RecordedField {
+        RecordedField { name: self.name, unit: self.unit, fields: self.fields, rows: FieldRows::Vertices }
+    }
+}
+
+/// Rows of a field in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldRows {
+    /// One for each finite element, body after body.
+    Elements,
+    /// One for each vertex of the simulation.
+    Vertices,
+}
+
+/// A field of numbers in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordedField {
+    /// Name of the channel in a scene, of the data in exports, and of the colours in pictures.
+    pub name: &'static str,
+    /// Unit; `1` if dimensionless.
+    pub unit: &'static str,
+    /// Names of its components, in their order.
+    pub fields: &'static [&'static str],
+    /// What has a row.
+    pub rows: FieldRows,
+}
+
+impl RecordedField {
+    /// Returns all fields that a recording can have.
+    pub fn all() -> impl Iterator<Item = RecordedField> {
+        let elements = MEASURES.iter().map(Measure::of_elements).chain([ERROR_MEASURE.of_elements()]);
+        elements.chain(NODAL_MEASURES.iter().map(Measure::of_vertices))
+    }
+
+    /// Returns the field of this name; `None` if there is none.
+    pub fn named(name: &str) -> Option<RecordedField> {
+        RecordedField::all().find(|field| field.name == name)
+    }
+
+    /// Returns the topic of its channel, such as `/elements/von-mises`.
+    pub fn topic(&self) -> String {
+        let rows = match self.rows {
+            FieldRows::Elements => "elements",
+            FieldRows::Vertices => "vertices",
+        };
+        format!("/{rows}/{}", self.name)
     }
 }
 
 fn symmetric(matrix: &Mat<f64, 3>, out: &mut Vec<f64>) {
-    out.extend([matrix[0][0], matrix[1][1], matrix[2][2], matrix[0][1], matrix[1][2], matrix[0][2]]);
+    out.extend(symmetric_tensor(matrix));
+}
+
+/// Returns the components of a symmetric matrix.
+pub(crate) fn symmetric_tensor(matrix: &Mat<f64, 3>) -> SymmetricTensor {
+    [matrix[0][0], matrix[1][1], matrix[2][2], matrix[0][1], matrix[1][2], matrix[0][2]]
 }
 
 #[cfg(test)]

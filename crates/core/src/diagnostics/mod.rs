@@ -52,7 +52,10 @@ mod wall_reaction;
 pub use crate::element::ElementState;
 pub use balance::Balance;
 pub(crate) use ledger::EnergyLedger;
-pub use measures::{MEASURES, Measure};
+pub(crate) use measures::symmetric_tensor;
+pub use measures::{
+    ERROR_MEASURE, FieldRows, MEASURES, Measure, NODAL_MEASURES, RecordedField, SymmetricTensor,
+};
 pub use reaction::Reaction;
 pub(crate) use reaction::{ReactionInputs, reactions};
 pub use stability::{

@@ -16,8 +16,16 @@ use std::ops::{BitOr, BitOrAssign};
 pub struct Quantities(u8);
 
 /// Names, in bit order.
-const NAMES: [&str; 6] =
-    ["state", "diagnostics", "states of elements", "states of points", "reactions", "contacts"];
+const NAMES: [&str; 8] = [
+    "state",
+    "diagnostics",
+    "states of elements",
+    "states of points",
+    "reactions",
+    "contacts",
+    "stress at vertices",
+    "error of the stress",
+];
 
 impl Quantities {
     /// Empty set.
@@ -34,6 +42,10 @@ impl Quantities {
     pub const REACTIONS: Quantities = Quantities(1 << 4);
     /// Surfaces in contact, [`Frame::contacts`](super::Frame::contacts).
     pub const CONTACTS: Quantities = Quantities(1 << 5);
+    /// Recovered stress at vertices, [`Frame::nodal_stress`](super::Frame::nodal_stress).
+    pub const NODAL_STRESS: Quantities = Quantities(1 << 6);
+    /// Estimated error of the stress of elements, [`Frame::stress_error`](super::Frame::stress_error).
+    pub const STRESS_ERROR: Quantities = Quantities(1 << 7);
 
     /// True if the set contains all of `others`.
     pub const fn contains(self, others: Quantities) -> bool {

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{Probe, Reading};
+use super::{Probe, Reading, quantities};
 use crate::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -12,8 +12,9 @@ const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
 /// Writes one row per frame: `time [s]`, with arc-length continuation `load_factor [1]`, then for each
 /// probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each axis of the scene and, in a finite
 /// element, `NAME.Exx [1]` (Green strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy
-/// stress) and `NAME.psi [J/m^3]` (energy density). Numbers have as many digits as are needed to read
-/// back the same double. Each row is flushed.
+/// stress) and `NAME.psi [J/m^3]` (energy density), and if the probe reads it, `NAME.nodal_sxx [Pa]`
+/// (recovered Cauchy stress) and `NAME.nodal_von_mises [Pa]`. Numbers have as many digits as are needed to
+/// read back the same double. Each row is flushed.
 pub struct Table<W> {
     out: W,
     what: String,
@@ -53,12 +54,16 @@ pub fn columns(probes: &[Probe], dimension: usize) -> Vec<TableColumn> {
             add("s", &SYMMETRIC, "Pa");
             add("", &["psi"], "J/m^3");
         }
+        if probe.reads_nodal_stress {
+            add("nodal_s", &SYMMETRIC, "Pa");
+            add("nodal_", &["von_mises"], "Pa");
+        }
     }
     columns
 }
 
-/// Returns the values of these probes in a frame, in the order of their [`columns`]; strains and stresses
-/// need the frame's states of points.
+/// Returns the values of these probes in a frame with their [`quantities`], in the order of their
+/// [`columns`].
 pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
     let mut numbers = vec![];
     for probe in probes {
@@ -70,6 +75,8 @@ pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
             corotated_strain,
             cauchy_stress,
             energy_density,
+            nodal_stress,
+            nodal_von_mises,
             ..
         } = probe.read(frame);
         for vector in [position, velocity, displacement] {
@@ -79,6 +86,7 @@ pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
             numbers.extend(tensor);
         }
         numbers.extend(energy_density);
+        numbers.extend(nodal_stress.into_iter().flatten().chain(nodal_von_mises));
     }
     numbers
 }
@@ -124,7 +132,7 @@ impl<W: Write> Table<W> {
 
 impl<W: Write> Observer for Table<W> {
     fn quantities(&self) -> Quantities {
-        Quantities::POINTS.only_if(self.probes.iter().any(|probe| probe.point.is_some()))
+        quantities(&self.probes)
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pliant::observer::{Frame, Quantities};
+use pliant::observer::Frame;
 use pliant::probe::{self, Probe, TableColumn};
 use pliant::quantity::Kind;
 use pliant::simulation::Simulation;
@@ -259,8 +259,7 @@ impl FollowedRun {
     /// Current values of all columns of all probes.
     fn row(&mut self) -> Vec<f64> {
         let FollowedRun { simulation, probes, .. } = self;
-        let quantities = Quantities::POINTS.only_if(probes.iter().any(|probe| probe.point.is_some()));
-        Frame::of_state(simulation, 0, quantities, None, |frame| probe::row(probes, frame))
+        Frame::of_state(simulation, 0, probe::quantities(probes), None, |frame| probe::row(probes, frame))
     }
 
     /// Probe values at a time [s] not before the last one. Between two steps, positions follow cubic

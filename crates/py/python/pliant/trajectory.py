@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -189,17 +189,18 @@ class Trajectory:
         return Frames(self._recording, "velocities", (len(self), self.vertex_count, self.dimension))
 
     def measure(self, name: str) -> Frames:
-        """A measure of every finite element.
+        """A measure of every finite element, or of every vertex.
 
         Parameters
         ----------
         name : str
-            A channel of the recording: ``"von-mises"``, ``"green-strain"``, ...
+            A channel of the recording: ``"von-mises"``, ``"green-strain"``, ...; ``"nodal-von-mises"``,
+            ``"nodal-stress"`` for vertices.
 
         Returns
         -------
         Frames, shape (F, m, k)
-            Of each of m elements the k numbers of the measure.
+            The k numbers of the measure for each of m elements or vertices; NaN at vertices of no element.
 
         Raises
         ------
@@ -358,10 +359,10 @@ class Trajectory:
             blocks.append(_Block(number, body["name"], kind, cells.get(kind, vertices)))
         return blocks
 
-    def _measures(self) -> list[str]:
-        """Measures of elements that the recording has."""
-        topics = (topic["topic"] for topic in self.metadata["topics"])
-        return [topic.removeprefix("/elements/") for topic in topics if topic.startswith("/elements/")]
+    def _measures(self, of: Literal["elements", "vertices"]) -> list[str]:
+        """Measures of elements or vertices that the recording has."""
+        topics, prefix = (topic["topic"] for topic in self.metadata["topics"]), f"/{of}/"
+        return [topic.removeprefix(prefix) for topic in topics if topic.startswith(prefix)]
 
     def _mesh(self, frame: int) -> _Mesh:
         """All that `export` writes of a frame, in 3D."""
@@ -376,11 +377,17 @@ class Trajectory:
         point_data = {"velocity": in_space(self.velocities[frame])}
         if self._recording.attachment("rest.f64") is not None:
             point_data["displacement"] = points - in_space(self.rest_positions)
+        for name in self._measures("vertices"):
+            values = self._recording.elements(name, frame)
+            point_data[name] = values[:, 0] if values.shape[1] == 1 else values
+            if name == "nodal-stress":
+                for k, principal in enumerate(self._recording.principal_stresses(frame).T, start=1):
+                    point_data[f"principal-{k}"] = np.ascontiguousarray(principal)
         blocks = self._blocks()
         cell_data: dict[str, list[npt.NDArray[Any]]] = {
             "body": [np.full(len(block.cells), block.number, np.int32) for block in blocks]
         }
-        for name in self._measures():
+        for name in self._measures("elements"):
             values = self._recording.elements(name, frame)
             rows = {body: (first, count) for body, first, count in self._recording.element_bodies(name)}
             cell_data[name] = [block.data(values, rows.get(block.body)) for block in blocks]
@@ -397,9 +404,10 @@ class Trajectory:
         Returns
         -------
         meshio.Mesh
-            What `export` writes: as data of points ``velocity`` [m/s] and ``displacement`` [m], as data of
-            cells the number of the ``body`` and every measure of the elements that was recorded, NaN for
-            cells that are none. In 2D, z is 0.
+            What `export` writes: as data of points ``velocity`` [m/s], ``displacement`` [m] and every measure
+            of vertices that was recorded (with ``nodal-stress`` also ``principal-1`` to ``principal-3``),
+            as data of cells the number of the ``body`` and every measure of the elements that was recorded,
+            NaN for points and cells that are none of elements. In 2D, z is 0.
 
         Examples
         --------

@@ -33,7 +33,7 @@ pub(crate) fn energies<'py>(py: Python<'py>, measured: &Diagnostics) -> PyResult
 }
 
 /// A measure by its name.
-pub(crate) fn measure_named(name: &str) -> PyResult<&'static Measure> {
+fn measure_named(name: &str) -> PyResult<&'static Measure> {
     MEASURES.iter().find(|measure| measure.name == name).ok_or_else(|| {
         let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
         PyValueError::new_err(format!("there is no measure {name:?}; there are {}", names.join(", ")))

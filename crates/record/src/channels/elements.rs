@@ -1,4 +1,5 @@
-//! `/elements/<measure>`: deformation, strain or stress of every element, as `foxglove.PointCloud`.
+//! `/elements/<measure>`: deformation, strain or stress of every element, or the estimated error of its
+//! stress, as `foxglove.PointCloud`.
 //!
 //! One row for each element, body after body, in the order of the body's elements: the present centroid,
 //! then the numbers of the measure, all doubles. The channel's metadata state the kind of row (`row =
@@ -16,18 +17,19 @@ use crate::cloud::{self, Cloud};
 use crate::declaration::typed;
 use crate::memory::RecordingBytes;
 use crate::protobuf::POINT_CLOUD;
-use pliant::diagnostics::{MEASURES, Measure};
+use pliant::diagnostics::{ERROR_MEASURE, MEASURES, Measure};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::{BodyTopology, Topology};
 
 /// Channel number of the first [measure](MEASURES); each measure has its own, recorded or not.
 const FIRST: u16 = 10;
-const LAST: u16 = FIRST + MEASURES.len() as u16 - 1;
+/// Channel number of the [error](ERROR_MEASURE).
+const LAST: u16 = 49;
 
 pub(super) const KIND: ChannelKind = ChannelKind { numbers: FIRST..=LAST, is_complete: true, encoders };
 
-/// Columns before those of the measure.
-pub(crate) const CENTROID: [&str; 3] = ["x", "y", "z"];
+/// Columns before those of the measure, here and in `/vertices/<measure>`.
+pub(crate) const PLACE: [&str; 3] = ["x", "y", "z"];
 
 /// Range of rows of one body.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,10 +42,13 @@ pub struct BodyRows {
     pub count: usize,
 }
 
-/// Encoder of `/elements/<measure>`.
-struct ElementsChannel {
+/// Encoder of `/elements/<measure>`, of measures computed from a `T`.
+struct ElementsChannel<T: 'static> {
     number: u16,
-    measure: &'static Measure,
+    measure: &'static Measure<T>,
+    /// Values of the elements in a frame.
+    values: for<'a> fn(&Frame<'a>) -> Option<&'a [T]>,
+    needs: Quantities,
     cloud: Cloud,
     elements: Arc<RecordedElements>,
     /// Numbers of one row.
@@ -58,25 +63,37 @@ struct RecordedElements {
 }
 
 fn encoders(options: &Options, topology: &Topology) -> Encoders {
-    let is_asked = |measure: &Measure| options.channels.iter().any(|channel| channel.name() == measure.name);
-    let mut asked = (FIRST..).zip(&MEASURES).filter(|(_, measure)| is_asked(measure)).peekable();
-    if asked.peek().is_none() {
+    let is_asked = |name: &str| options.channels.iter().any(|channel| channel.name() == name);
+    let mut asked = (FIRST..).zip(&MEASURES).filter(|(_, measure)| is_asked(measure.name)).peekable();
+    let has_error = is_asked(ERROR_MEASURE.name);
+    if asked.peek().is_none() && !has_error {
         return vec![];
     }
     let elements = Arc::new(RecordedElements::new(topology));
-    let encoder = |(number, measure)| ElementsChannel {
-        number,
-        measure,
-        cloud: Cloud::new(&columns(measure)),
-        elements: elements.clone(),
-        row: vec![],
-    };
-    asked.map(|asked| Box::new(encoder(asked)) as _).collect()
+    let mut encoders: Encoders = vec![];
+    for (number, measure) in asked {
+        let needs = Quantities::ELEMENTS;
+        let of_measure = (number, measure);
+        encoders.push(Box::new(ElementsChannel::new(of_measure, |frame| frame.elements, needs, &elements)));
+    }
+    if has_error {
+        let needs = Quantities::STRESS_ERROR;
+        let of_error = (LAST, &ERROR_MEASURE);
+        encoders.push(Box::new(ElementsChannel::new(of_error, |frame| frame.stress_error, needs, &elements)));
+    }
+    encoders
 }
 
-/// Topic of a measure, such as `/elements/von-mises`.
-pub(crate) fn topic(measure: &Measure) -> String {
-    format!("/elements/{}", measure.name)
+impl<T> ElementsChannel<T> {
+    fn new(
+        (number, measure): (u16, &'static Measure<T>),
+        values: for<'a> fn(&Frame<'a>) -> Option<&'a [T]>,
+        needs: Quantities,
+        elements: &Arc<RecordedElements>,
+    ) -> Self {
+        let (cloud, elements) = (Cloud::new(&columns(measure)), elements.clone());
+        ElementsChannel { number, measure, values, needs, cloud, elements, row: vec![] }
+    }
 }
 
 /// Number of elements that have rows.
@@ -109,9 +126,9 @@ impl RecordedElements {
     }
 }
 
-impl ChannelEncoder for ElementsChannel {
+impl<T> ChannelEncoder for ElementsChannel<T> {
     fn quantities(&self) -> Quantities {
-        Quantities::STATE | Quantities::ELEMENTS
+        Quantities::STATE | self.needs
     }
 
     fn declaration(&self) -> Channel<'static> {
@@ -122,31 +139,32 @@ impl ChannelEncoder for ElementsChannel {
             // Strings and integers always have a JSON form.
             ("bodies".to_owned(), serde_json::to_string(&self.elements.bodies).unwrap_or_default()),
         ]));
-        typed(self.number, &topic(self.measure), POINT_CLOUD, metadata)
+        typed(self.number, &self.measure.of_elements().topic(), POINT_CLOUD, metadata)
     }
 
     fn bytes(&self) -> RecordingBytes {
-        let message = 8 * (CENTROID.len() + self.measure.fields.len()) * self.elements.count();
+        let message = 8 * (PLACE.len() + self.measure.fields.len()) * self.elements.count();
         // Measures share their list of elements.
         let cells = self.elements.cells.iter().map(|(cells, _)| 4 * cells.len()).sum::<usize>();
         RecordingBytes { held: cells / Arc::strong_count(&self.elements), message }
     }
 
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
-        let states = frame.elements.unwrap_or_default();
-        self.cloud.begin(log_time, states.len(), buffer);
+        let values = (self.values)(frame).unwrap_or_default();
+        self.cloud.begin(log_time, values.len(), buffer);
         let cells = self.elements.cells.iter().flat_map(|(cells, corners)| cells.chunks_exact(*corners));
-        for (cell, state) in cells.zip(states) {
+        for (cell, value) in cells.zip(values) {
             self.row.clear();
             self.row.extend(centroid(frame, cell));
-            self.measure.write(state, &mut self.row);
+            self.measure.write(value, &mut self.row);
             buffer.extend(self.row.iter().flat_map(|number| number.to_le_bytes()));
         }
     }
 }
 
-fn columns(measure: &Measure) -> Vec<&'static str> {
-    [&CENTROID, measure.fields].concat()
+/// Columns of a measure.
+pub(super) fn columns<T>(measure: &Measure<T>) -> Vec<&'static str> {
+    [&PLACE, measure.fields].concat()
 }
 
 /// Mean of the element's vertices.

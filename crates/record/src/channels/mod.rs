@@ -9,9 +9,10 @@
 //!    `pliant check` says with and without it. Print the scene format anew.
 //! 4. Read it back in `read/`, and test it in `tests/` of this crate.
 //!
-//! A quantity of elements is no file here: `diagnostics/measures.rs` of `pliant` says how. A quantity that
-//! frames do not have yet needs its bit and name in `observer/quantities.rs`, its field in `Frame` and its
-//! line in `Frame::of_state` (`observer.rs`), all in `pliant`, and its copy in `frame_copy.rs` here.
+//! A quantity of elements or vertices is no file here: `diagnostics/measures.rs` of `pliant` says how. A
+//! quantity that frames do not have yet needs its bit and name in `observer/quantities.rs`, its field in
+//! `Frame` and its line in `Frame::of_state` (`observer.rs`), all in `pliant`, and its copy in
+//! `frame_copy.rs` here.
 
 use std::ops::RangeInclusive;
 
@@ -71,7 +72,7 @@ macro_rules! channels {
     };
 }
 
-channels![mesh, probe, elements, contacts, reactions, energy, state];
+channels![mesh, probe, elements, vertices, contacts, reactions, energy, state];
 
 /// Encoders of all channels of a recording, in the order of their messages in a frame.
 pub(crate) fn encoders(options: &Options, topology: &Topology) -> Encoders {

@@ -40,8 +40,7 @@ const TOPICS: &str = "/probe/";
 
 impl ChannelEncoder for ProbeChannel {
     fn quantities(&self) -> Quantities {
-        let in_element = if self.probe.point.is_some() { Quantities::POINTS } else { Quantities::NONE };
-        Quantities::STATE | in_element
+        self.probe.quantities()
     }
 
     /// The schema has the fields of the probe.
@@ -52,6 +51,8 @@ impl ChannelEncoder for ProbeChannel {
             corotated_strain: in_element,
             cauchy_stress: in_element,
             energy_density: self.probe.point.map(|_| 0.5),
+            nodal_stress: self.probe.reads_nodal_stress.then_some([0.5; 6]),
+            nodal_von_mises: self.probe.reads_nodal_stress.then_some(0.5),
             ..Reading::default()
         };
         json_channel(self.number, &topic(&self.probe.name), "pliant.Probe", &row)

@@ -9,9 +9,9 @@ use crate::read::Column;
 
 impl Export {
     /// Writes everything in `/energy`, `/reactions` and probes, one row per frame, `time` [s] first;
-    /// probes as `probe/tip.position[0]`. For each recorded element measure, writes the minimum and
-    /// maximum over each body: `beam.von-mises.min`, `beam.cauchy-stress.xx.max`. Numbers have the
-    /// shortest form that reads back to the same double; missing ones are empty.
+    /// probes as `probe/tip.position[0]`. For each recorded measure of elements or vertices, writes the
+    /// minimum and maximum over each body: `beam.von-mises.min`, `beam.cauchy-stress.xx.max`. Numbers have
+    /// the shortest form that reads back to the same double; missing ones are empty.
     ///
     /// # Errors
     /// [`RecordError::NoChannel`] if none of these channels was recorded; those of
@@ -52,7 +52,7 @@ impl Export {
         let mut columns: Vec<Column> = Vec::new();
         for frame in 0..self.times().len() {
             let mut next = 0;
-            for (measure, rows) in self.elements(frame)? {
+            for (measure, rows) in self.trajectory.fields(frame)? {
                 let width = rows.fields.len();
                 for body in &rows.bodies {
                     let of_body = &rows.values[width * body.first..width * (body.first + body.count)];

@@ -19,8 +19,10 @@ use std::path::Path;
 pub use pvd::write_pvd;
 
 use crate::RecordError;
-use crate::read::{ElementRows, RecordedBodies, Trajectory, in_space, info};
-use pliant::diagnostics::{MEASURES, Measure};
+use crate::read::{RecordedBodies, Trajectory, in_space, info};
+use pliant::algebra::Mat;
+use pliant::diagnostics::SymmetricTensor;
+use pliant::diagnostics::recovery::PrincipalStress;
 
 /// Recording whose frames are exported.
 #[derive(Debug)]
@@ -64,6 +66,15 @@ pub enum ExportError {
     },
 }
 
+/// Principal values [Pa] of rows of symmetric tensors, xx, yy, zz, xy, yz, xz, in descending order.
+pub fn principal_stresses(rows: &[f64]) -> Vec<[f64; 3]> {
+    let tensors = rows.as_chunks::<6>().0.iter();
+    let principal = |[xx, yy, zz, xy, yz, xz]: &SymmetricTensor| {
+        PrincipalStress::of(&Mat([[*xx, *xy, *xz], [*xy, *yy, *yz], [*xz, *yz, *zz]])).values
+    };
+    tensors.map(principal).collect()
+}
+
 /// Frame, padded to three dimensions.
 struct ExportFrame {
     /// Simulated time [s].
@@ -99,15 +110,18 @@ impl Export {
 
     /// Writes a frame as VTK unstructured grid, arrays in base 64: points in 3D (2D: `z = 0`), the
     /// bodies' tetrahedra, triangles, lines and vertices, `displacement` [m] (if reference positions were
-    /// recorded) and `velocity` [m/s] of the points, and for each cell the index of its `body` and the
-    /// recorded element measures (channels `/elements/..`), NaN for cells that are not elements.
+    /// recorded), `velocity` [m/s] and the recorded measures of vertices (channels `/vertices/..`) of the
+    /// points, NaN for points of no element, and for each cell the index of its `body` and the recorded
+    /// measures of elements (channels `/elements/..`), NaN for cells that are not elements. With
+    /// `nodal-stress`, points also have its principal values `principal-1`, `principal-2`, `principal-3`
+    /// [Pa], in descending order.
     ///
     /// # Errors
     /// A frame that cannot be read, or a write error of the stream.
     pub fn write_vtu(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
-        let elements = self.elements(frame)?;
+        let fields = self.trajectory.fields(frame)?;
         let frame = self.frame(frame)?;
-        Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &elements, out)?)
+        Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &fields, out)?)
     }
 
     /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces counter-clockwise seen
@@ -121,22 +135,9 @@ impl Export {
         Ok(obj::write(&self.bodies, &frame, out)?)
     }
 
-    /// Recorded measures of the elements.
-    fn elements(&mut self, frame: usize) -> Result<Vec<(&'static Measure, ElementRows)>, RecordError> {
-        let mut found = Vec::new();
-        for measure in &MEASURES {
-            match self.trajectory.elements(measure, frame) {
-                Ok(rows) => found.push((measure, rows)),
-                Err(RecordError::NoChannel { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(found)
-    }
-
     fn frame(&mut self, frame: usize) -> Result<ExportFrame, RecordError> {
         let dimension = self.trajectory.dimension();
-        let x = self.bodies.with_skins(in_space(&self.trajectory.positions(frame)?, dimension));
+        let x = self.bodies.with_skins::<3>(in_space(&self.trajectory.positions(frame)?, dimension));
         let v = in_space(&self.trajectory.velocities(frame)?, dimension);
         // A frame that can be read has a time.
         let time = self.trajectory.times().get(frame).copied().unwrap_or(0.0);

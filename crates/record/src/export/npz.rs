@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use super::{Export, ExportError};
-use pliant::diagnostics::Measure;
+use pliant::diagnostics::RecordedField;
 
 /// Size limit of a zip archive without the extension for large ones.
 const LARGEST: u64 = u32::MAX as u64;
@@ -14,8 +14,10 @@ impl Export {
     /// [m/s] of shape `(frames, vertices, dimension)`, doubles; `rest` [m] of shape `(vertices,
     /// dimension)` if recorded; `bodies`, first vertex and number of vertices of each; and for each body
     /// those of `<body>.edges`, `.triangles`, `.tetrahedra`, .. and `.surface` that apply: rows of vertex
-    /// indices, counted over all bodies. For each recorded element measure, `<body>.von-mises` and the
-    /// like, of shape `(frames, elements)` or `(frames, elements, components)`.
+    /// indices, counted over all bodies. For each recorded measure of elements, `<body>.von-mises` and the
+    /// like, of shape `(frames, elements)` or `(frames, elements, components)`; of vertices,
+    /// `<body>.nodal-von-mises` and the like, of shape `(frames, vertices of the body)` or `(frames,
+    /// vertices of the body, components)`.
     ///
     /// # Errors
     /// A frame that cannot be read; [`ExportError::TooLarge`] beyond 4 GB; a write error of the stream.
@@ -23,7 +25,7 @@ impl Export {
         let (vertices, dimension) = (self.trajectory.vertex_count(), self.trajectory.dimension());
         let state = [frames.len(), vertices, dimension];
         let mut size = 16 * state.iter().map(|n| *n as u64).product::<u64>();
-        let measured = frames.first().map_or(Ok(vec![]), |first| self.elements(*first))?;
+        let measured = frames.first().map_or(Ok(vec![]), |first| self.trajectory.fields(*first))?;
         for (_, rows) in &measured {
             size = size.saturating_add(8 * frames.len() as u64 * rows.values.len() as u64);
         }
@@ -47,23 +49,23 @@ impl Export {
             archive.doubles("rest", &[vertices, dimension], &rest)?;
         }
         self.topology(&mut archive)?;
-        for (measure, _) in measured {
-            self.measure(measure, frames, &mut archive)?;
+        for (field, _) in measured {
+            self.field(&field, frames, &mut archive)?;
         }
         Ok(archive.finish()?)
     }
 
-    /// Writes the values of a measure, body by body.
-    fn measure(
+    /// Writes the values of a field, body by body.
+    fn field(
         &mut self,
-        measure: &Measure,
+        field: &RecordedField,
         frames: &[usize],
         archive: &mut Archive<'_>,
     ) -> Result<(), ExportError> {
         let (mut bodies, mut width) = (vec![], 0);
         let mut values: Vec<Vec<f64>> = vec![];
         for &frame in frames {
-            let rows = self.trajectory.elements(measure, frame)?;
+            let rows = self.trajectory.field(field, frame)?;
             values.resize_with(rows.bodies.len(), Vec::new);
             width = rows.fields.len();
             for (values, body) in values.iter_mut().zip(&rows.bodies) {
@@ -74,7 +76,7 @@ impl Export {
         for (body, values) in bodies.iter().zip(&values) {
             let shape = [frames.len(), body.count, width];
             let shape = if width > 1 { &shape[..] } else { &shape[..2] };
-            archive.doubles(&format!("{}.{}", body.name, measure.name), shape, values)?;
+            archive.doubles(&format!("{}.{}", body.name, field.name), shape, values)?;
         }
         Ok(())
     }

@@ -44,12 +44,15 @@ mass = { total = 1.0 }
 
 /// Records eleven frames of a scene.
 fn recorded(text: &str, path: &Path) -> Vec<f64> {
-    let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
+    recorded_with(text, &[], path)
+}
+
+/// Records eleven frames of a scene, with further channels.
+fn recorded_with(text: &str, further: &[Channel], path: &Path) -> Vec<f64> {
+    let mut scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
+    scene.output.channels = [&[Channel::State, Channel::VonMises, Channel::CauchyStress], further].concat();
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));
-    let options = Options {
-        channels: vec![Channel::State, Channel::VonMises, Channel::CauchyStress],
-        ..Options::default()
-    };
+    let options = Options { channels: scene.output.channels.clone(), ..Options::default() };
     let mut recorder = McapRecorder::create(path, &options, &assembly.topology).unwrap();
     let plan = Plan { duration: 0.1, rate: 100.0 };
     let observers: &mut [&mut dyn Observer] = &mut [&mut recorder];
@@ -192,6 +195,51 @@ fn cells_that_are_elements_carry_what_was_recorded_of_them() {
         text.matches("Name=\"von-mises\"").count() + text.matches("Name=\"cauchy-stress\"").count(),
         2
     );
+}
+
+/// Points carry what was recorded at vertices; those of other bodies have no stress.
+#[test]
+fn points_carry_recovered_stresses_and_their_principal_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let density = "mass = { density = 1000.0 }";
+    let spinning = format!("{density}\nvelocity = {{ rigid = {{ angular = [0.0, 0.0, 5.0] }} }}");
+    let nodal = [Channel::NodalVonMises, Channel::NodalStress, Channel::Zz];
+    recorded_with(&BODIES.replacen(density, &spinning, 1), &nodal, &file);
+    let mut bytes = Vec::new();
+    Export::open(&file).unwrap().write_vtu(7, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let array = |part: &str, name: &str| {
+        let part = text.split(&format!("<{part}>")).nth(1).unwrap();
+        let after = part.split(&format!("Name=\"{name}\"")).nth(1).unwrap();
+        let (bytes, _) = pliant_files::base64::decode(after.split(['>', '<']).nth(1).unwrap().as_bytes());
+        bytes[8..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect::<Vec<f64>>()
+    };
+    let mut trajectory = crate::read::Trajectory::open(&file).unwrap();
+    let mut rows = |name: &str| {
+        let field = pliant::diagnostics::RecordedField::named(name).unwrap();
+        trajectory.field(&field, 7).unwrap().values
+    };
+    let (von_mises, stress) = (array("PointData", "nodal-von-mises"), array("PointData", "nodal-stress"));
+    let principal = ["1", "2", "3"].map(|k| array("PointData", &format!("principal-{k}")));
+    let ball = rows("nodal-von-mises").iter().filter(|value| !value.is_nan()).count();
+    assert!(ball > 42 && von_mises.len() > ball && stress.len() == 6 * von_mises.len());
+    assert_eq!(von_mises[..ball], rows("nodal-von-mises")[..ball]);
+    assert_eq!(stress[..6 * ball], rows("nodal-stress")[..6 * ball]);
+    assert!(von_mises[ball..].iter().chain(&principal[1][ball..]).all(|value| value.is_nan()));
+    for (vertex, von_mises) in von_mises[..ball].iter().enumerate() {
+        let [a, b, c] = principal.each_ref().map(|values| values[vertex]);
+        assert!(a >= b && b >= c, "{a} {b} {c}");
+        // Invariants of the tensor.
+        let trace: f64 = stress[6 * vertex..][..3].iter().sum();
+        let size = a.abs().max(c.abs());
+        assert!(size > 1.0 && (a + b + c - trace).abs() < 1e-12 * size, "{a} {b} {c}: {trace}");
+        let squares = (a - b).powi(2) + (b - c).powi(2) + (c - a).powi(2);
+        assert!(((0.5 * squares).sqrt() - von_mises).abs() < 1e-12 * size, "{a} {b} {c}: {von_mises}");
+    }
+    let error = array("CellData", "zz");
+    assert_eq!(error[..160], rows("zz"));
+    assert!(error[..160].iter().all(|eta| *eta > 0.0) && error[160..].iter().all(|eta| eta.is_nan()));
 }
 
 /// Arrays and tables agree, body by body and measure by measure: arrays with all numbers, columns with

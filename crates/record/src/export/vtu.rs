@@ -6,10 +6,9 @@
 
 use std::io::{self, Write};
 
-use super::ExportFrame;
-use crate::read::ElementRows;
-use crate::read::RecordedBodies;
-use pliant::diagnostics::Measure;
+use super::{ExportFrame, principal_stresses};
+use crate::read::{RecordedBodies, RecordedRows};
+use pliant::diagnostics::{FieldRows, RecordedField};
 use pliant::element::CellBlock;
 use pliant_files::base64;
 use pliant_mesh::vtk_cells::{
@@ -67,6 +66,9 @@ impl VtuGrid {
     }
 }
 
+/// Names of the principal stresses at points.
+const PRINCIPAL: [&str; 3] = ["principal-1", "principal-2", "principal-3"];
+
 /// `type`, name and components of an array.
 type Kind<'a> = (&'a str, &'a str, usize);
 
@@ -88,7 +90,7 @@ fn bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
 }
 
 /// One row for each cell: that of its element, NaN if it is not an element.
-fn of_cells(grid: &VtuGrid, rows: &ElementRows) -> Vec<u8> {
+fn of_cells(grid: &VtuGrid, rows: &RecordedRows) -> Vec<u8> {
     let width = rows.fields.len();
     let mut values = vec![f64::NAN; grid.cells as usize * width];
     for (name, first, count) in &grid.solids {
@@ -106,7 +108,7 @@ pub(super) fn write(
     bodies: &RecordedBodies,
     rest: Option<&[f64]>,
     frame: &ExportFrame,
-    elements: &[(&'static Measure, ElementRows)],
+    fields: &[(RecordedField, RecordedRows)],
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let grid = VtuGrid::new(bodies);
@@ -132,10 +134,21 @@ pub(super) fn write(
         array(out, ("Float64", "displacement", 3), &displacement)?;
     }
     array(out, ("Float64", "velocity", 3), &bytes(frame.v.iter().copied()))?;
+    let of = |wanted: FieldRows| fields.iter().filter(move |(field, _)| field.rows == wanted);
+    for (field, rows) in of(FieldRows::Vertices) {
+        let values = bytes(rows.values.iter().copied());
+        array(out, ("Float64", field.name, rows.fields.len()), &values)?;
+        if rows.fields.len() > 1 {
+            let principal = principal_stresses(&rows.values);
+            for (k, name) in PRINCIPAL.into_iter().enumerate() {
+                array(out, ("Float64", name, 1), &bytes(principal.iter().map(|values| values[k])))?;
+            }
+        }
+    }
     writeln!(out, "</PointData>\n<CellData>")?;
     array(out, ("Int32", "body", 1), &grid.body)?;
-    for (measure, rows) in elements {
-        array(out, ("Float64", measure.name, rows.fields.len()), &of_cells(&grid, rows))?;
+    for (field, rows) in of(FieldRows::Elements) {
+        array(out, ("Float64", field.name, rows.fields.len()), &of_cells(&grid, rows))?;
     }
     writeln!(out, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }

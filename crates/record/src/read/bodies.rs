@@ -132,12 +132,12 @@ impl RecordedBodies {
         Ok(RecordedBodies { bodies, vertex_count })
     }
 
-    /// Appends to a quantity of all vertices, flat `(vertex_count, 3)`, its values at the vertices of
+    /// Appends to a quantity of all vertices, flat `(vertex_count, D)`, its values at the vertices of
     /// embedded surfaces.
-    pub fn with_skins(&self, mut values: Vec<f64>) -> Vec<f64> {
+    pub fn with_skins<const D: usize>(&self, mut values: Vec<f64>) -> Vec<f64> {
         for recorded in self.bodies.iter().filter_map(|body| body.skin.as_ref()) {
             for vertex in 0..recorded.skin.vertex_count() {
-                let value: [f64; 3] = recorded.skin.interpolated(vertex, &values);
+                let value: [f64; D] = recorded.skin.interpolated(vertex, &values);
                 values.extend(value);
             }
         }

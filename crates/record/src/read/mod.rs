@@ -16,5 +16,5 @@ pub use bodies::{RecordedBodies, RecordedBody, RecordedSkin};
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
 pub use tables::Column;
-pub use trajectory::{ElementRows, Trajectory, in_space};
+pub use trajectory::{RecordedRows, Trajectory, in_space};
 pub(super) use walk::walk;

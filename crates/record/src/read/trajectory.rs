@@ -12,12 +12,12 @@ use super::tables::{Column, GrowingColumns};
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{MASS, METADATA, REST};
-use crate::channels::elements::{self, BodyRows, CENTROID};
+use crate::channels::elements::{BodyRows, PLACE};
 use crate::channels::state::STRIDE;
 use crate::channels::{contacts, energy, is_in_every_frame, last_of_frame, probe, reactions, state};
 use crate::clock::seconds;
 use crate::error::read_error;
-use pliant::diagnostics::Measure;
+use pliant::diagnostics::{Measure, RecordedField};
 use pliant::energy::SurfaceContact;
 
 /// Frames of a complete file, read on request.
@@ -28,25 +28,26 @@ pub struct Trajectory {
     vertex_count: usize,
     times: Vec<f64>,
     states: Option<MessageSeries>,
-    /// Element channels already requested, by channel number.
-    elements: BTreeMap<u16, MessageSeries>,
+    /// Channels of elements and vertices already requested, by channel number.
+    fields: BTreeMap<u16, MessageSeries>,
     contacts: Option<MessageSeries>,
     /// JSON channels already requested, by topic.
     tables: BTreeMap<String, Vec<Column>>,
 }
 
-/// Measure of every element in one frame.
+/// Field of elements or vertices in one frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ElementRows {
+pub struct RecordedRows {
     /// Names of the columns of `values`.
     pub fields: Vec<String>,
     /// Unit of the values, `1` if dimensionless.
     pub unit: String,
-    /// Row ranges of the bodies; within a body, rows are in the order of its elements.
+    /// Row ranges of the bodies with elements; within a body, rows are in the order of its elements or
+    /// vertices.
     pub bodies: Vec<BodyRows>,
-    /// Centroids in this frame, flat `(rows, 3)` [m].
+    /// Centroids of elements or positions of vertices in this frame, flat `(rows, 3)` [m].
     pub places: Vec<f64>,
-    /// Values of the measure, flat `(rows, fields)`.
+    /// Values of the field, flat `(rows, fields)`.
     pub values: Vec<f64>,
 }
 
@@ -88,9 +89,9 @@ impl Trajectory {
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
         let states =
             source.channel(state::TOPIC).map(|id| MessageSeries::new(id, STRIDE, vertex_count, frames));
-        let elements = BTreeMap::new();
+        let fields = BTreeMap::new();
         let tables = BTreeMap::new();
-        Ok(Trajectory { source, dimension, vertex_count, times, states, elements, contacts: None, tables })
+        Ok(Trajectory { source, dimension, vertex_count, times, states, fields, contacts: None, tables })
     }
 
     /// File path.
@@ -282,14 +283,22 @@ impl Trajectory {
     /// # Errors
     /// The errors of [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel has
     /// another layout than in this version.
-    pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
+    pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<RecordedRows, RecordError> {
+        self.field(&measure.of_elements(), frame)
+    }
+
+    /// Reads a field of elements or vertices in a frame.
+    ///
+    /// # Errors
+    /// The errors of [`elements`](Self::elements).
+    pub fn field(&mut self, field: &RecordedField, frame: usize) -> Result<RecordedRows, RecordError> {
         let path = self.source.path.clone();
-        let topic = elements::topic(measure);
+        let topic = field.topic();
         let Some(id) = self.source.channel(&topic) else {
             return Err(RecordError::NoChannel { path, topic });
         };
         let metadata = self.source.summary.channels[&id].metadata.clone();
-        let what = "a channel about elements is not laid out as it should be";
+        let what = "a channel about elements or vertices is not laid out as it should be";
         let unexpected = || RecordError::Unexpected { path: path.clone(), what };
         let number = |key: &str| metadata.get(key).and_then(|value| value.parse::<usize>().ok());
         let (Some(rows), Some(stride), Some(fields)) =
@@ -300,21 +309,37 @@ impl Trajectory {
         let columns: Vec<String> = fields.split(',').map(str::to_owned).collect();
         let bodies: Option<Vec<BodyRows>> =
             metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
-        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > CENTROID.len());
+        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > PLACE.len());
         let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
-        if !self.elements.contains_key(&id) {
+        if !self.fields.contains_key(&id) {
             let messages = self.source.messages(id)?;
-            self.elements.insert(id, MessageSeries::new(id, stride, rows, messages));
+            self.fields.insert(id, MessageSeries::new(id, stride, rows, messages));
         }
-        let Some(series) = self.elements.get_mut(&id) else { return Err(unexpected()) };
+        let Some(series) = self.fields.get_mut(&id) else { return Err(unexpected()) };
         let (mut places, mut values) = (Vec::new(), Vec::new());
         for row in series.rows(&mut self.source, frame)?.chunks_exact(stride) {
             let mut numbers = row.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
-            places.extend(numbers.by_ref().take(CENTROID.len()));
+            places.extend(numbers.by_ref().take(PLACE.len()));
             values.extend(numbers);
         }
         let unit = metadata.get("unit").cloned().unwrap_or_default();
-        Ok(ElementRows { fields: columns[CENTROID.len()..].to_vec(), unit, bodies, places, values })
+        Ok(RecordedRows { fields: columns[PLACE.len()..].to_vec(), unit, bodies, places, values })
+    }
+
+    /// Reads all recorded fields of elements and vertices in a frame.
+    ///
+    /// # Errors
+    /// The errors of [`field`](Self::field), except for channels that were not recorded.
+    pub fn fields(&mut self, frame: usize) -> Result<Vec<(RecordedField, RecordedRows)>, RecordError> {
+        let mut found = Vec::new();
+        for field in RecordedField::all() {
+            match self.field(&field, frame) {
+                Ok(rows) => found.push((field, rows)),
+                Err(RecordError::NoChannel { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
     }
 
     fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {

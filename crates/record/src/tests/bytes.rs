@@ -98,6 +98,8 @@ fn record_moment(recorder: &mut McapRecorder, index: u32) {
         points: Some(&states),
         reactions: Some(&[reaction]),
         contacts: None,
+        nodal_stress: None,
+        stress_error: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();
@@ -119,6 +121,7 @@ fn channels_and_messages_have_the_bytes_of_earlier_versions() {
         weights: vec![0.25, 0.75],
         rest: [0.5; 3],
         point,
+        reads_nodal_stress: false,
     };
     let elements =
         [Channel::VonMises, Channel::DeformationGradient, Channel::Jacobian, Channel::EnergyDensity];

@@ -116,6 +116,8 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         points: None,
         reactions: None,
         contacts: None,
+        nodal_stress: None,
+        stress_error: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();

@@ -178,6 +178,8 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
         points: None,
         reactions: None,
         contacts: None,
+        nodal_stress: None,
+        stress_error: None,
         work: pliant::observer::Work::default(),
     };
     let error = recorder.record(&frame(None)).unwrap_err();

@@ -92,6 +92,8 @@ impl Moment {
             points: None,
             reactions: None,
             contacts: None,
+            nodal_stress: None,
+            stress_error: None,
             work: Work {
                 steps: 10 * self.index,
                 force_evaluations: 20 * self.index,

@@ -90,6 +90,8 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
         points: Some(&states),
         reactions: None,
         contacts: None,
+        nodal_stress: None,
+        stress_error: None,
         work: pliant::observer::Work::default(),
     };
     let readings: Vec<Reading> = assembly.probes.iter().map(|probe| probe.read(&frame)).collect();
@@ -260,6 +262,8 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
                 points: Some(&states),
                 reactions: None,
                 contacts: None,
+                nodal_stress: None,
+                stress_error: None,
                 work: pliant::observer::Work::default(),
             });
             assert!(close(&found.position[..d], &moved(place)[..d]), "{found:?}");

@@ -98,6 +98,7 @@ fn a_frame_without_what_a_channel_records_is_refused_by_the_name_of_the_channel(
         weights: vec![1.0],
         rest: [0.0; 3],
         point: Some(0),
+        reads_nodal_stress: false,
     };
     let with_probe = Options { probes: vec![probe], ..options(&[]) };
     for (options, says) in [

@@ -7,7 +7,8 @@ use super::body::BodyAssembly;
 use super::pins;
 use crate::{Body, Channel, MassSpec, ObstacleShape, Scene, Stress};
 use pliant::control::StepControl;
-use pliant::diagnostics::MEASURES;
+use pliant::diagnostics::recovery::Recovery;
+use pliant::diagnostics::{FieldRows, RecordedField};
 use pliant::integrator::Documentation;
 use pliant::integrator::estimate::Tolerances;
 use pliant::material::{
@@ -58,6 +59,7 @@ const FEATURES: &[fn(AssembledScene<'_>) -> FeatureSentences] = &[
     step_sizes,
     channels,
     measures,
+    recovery,
     probes,
     linear_solver,
     steps_in_parts,
@@ -304,11 +306,30 @@ fn channels(of: AssembledScene<'_>) -> FeatureSentences {
 }
 
 fn measures(of: AssembledScene<'_>) -> FeatureSentences {
-    let measured = of.scene.output.channels.iter().filter_map(|channel| channel.measure());
-    let mut names: Vec<&str> = measured.map(|measure| measure.name).collect();
-    names.sort_by_key(|name| MEASURES.iter().position(|measure| measure.name == *name));
-    let yes = (!names.is_empty()).then(|| format!("output /elements: {}", names.join(", ")));
+    let yes = fields(of, FieldRows::Elements).map(|names| format!("output /elements: {names}"));
     either(yes, "output /elements: no deformation, strain or stress of elements is computed")
+}
+
+fn recovery(of: AssembledScene<'_>) -> FeatureSentences {
+    let yes = of.scene.recovery().map(|recovery| {
+        let how = match recovery {
+            Recovery::Patch => "by superconvergent patches",
+            Recovery::Average => "by averages",
+            Recovery::Element => "in each element",
+        };
+        let names = fields(of, FieldRows::Vertices).map(|names| format!(", output /vertices: {names}"));
+        format!("stress recovered at vertices {how}{}", names.unwrap_or_default())
+    });
+    either(yes, "recovery: no stress at vertices is computed")
+}
+
+/// Names of the recorded fields, in the order of their list; `None` without any.
+fn fields(of: AssembledScene<'_>, rows: FieldRows) -> Option<String> {
+    let is_asked = |field: &RecordedField| {
+        field.rows == rows && of.scene.output.channels.iter().any(|channel| channel.name() == field.name)
+    };
+    let names: Vec<&str> = RecordedField::all().filter(is_asked).map(|field| field.name).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 fn probes(of: AssembledScene<'_>) -> FeatureSentences {

@@ -28,6 +28,11 @@ const DAMPING: u64 = 3;
 /// Contact holds so much on top of the rest: candidates, and matrices that are made anew as contacts come and
 /// go.
 const PART_OF_CONTACT: f64 = 0.33;
+/// Bytes per vertex, element and quadrature point of stresses recovered at vertices, measured: samples,
+/// patches, their polynomials.
+const RECOVERY_PER_VERTEX: u64 = 900;
+const RECOVERY_PER_CELL: u64 = 200;
+const RECOVERY_PER_POINT: u64 = 100;
 /// Prediction from which on the amount is unknown [bytes]: the structure of the matrices itself does not
 /// fit in memory, and solvers then predict a half or a quarter of the address space.
 const UNCOUNTED: u64 = 1 << 61;
@@ -94,6 +99,16 @@ impl BodySize {
             .saturating_add(of_cells)
             .saturating_add(springs.saturating_mul(PER_SPRING))
     }
+
+    /// Bytes, about, of stresses recovered at the vertices of the body.
+    fn recovery_bytes(&self, spec: &Body, scene: &Scene) -> u64 {
+        if spec.elastic.is_none() || scene.recovery().is_none() {
+            return 0;
+        }
+        let of_cell = self.points.saturating_mul(RECOVERY_PER_POINT) + RECOVERY_PER_CELL;
+        let of_cells = self.cells.saturating_mul(of_cell);
+        self.vertices.saturating_mul(RECOVERY_PER_VERTEX).saturating_add(of_cells)
+    }
 }
 
 /// Bytes of the mutual gravity of this many particles.
@@ -119,7 +134,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
         match predicted_body_size(&body.body_mesh(), scene.dimension, &scene.directory) {
             Ok(size) => {
                 let of_body = BodySize::of_mesh(&size, scene.dimension).bytes(body, scene.dimension);
-                total = total.saturating_add(size.bytes).saturating_add(of_body);
+                let recovered = BodySize::of_mesh(&size, scene.dimension).recovery_bytes(body, scene);
+                total = total.saturating_add(size.bytes).saturating_add(of_body).saturating_add(recovered);
                 reserved = reserved.saturating_add(reserved_bytes(body, &size, scene.dimension));
                 vertices = vertices.saturating_add(size.vertices);
                 if has_particles(body) {
@@ -157,7 +173,9 @@ pub(super) fn check_steps(
 ) -> Result<usize, Vec<Problem>> {
     let mut held = 0u64;
     for (spec, body) in scene.body.iter().zip(bodies) {
-        held = held.saturating_add(BodySize::of_body(body, scene.dimension).bytes(spec, scene.dimension));
+        let size = BodySize::of_body(body, scene.dimension);
+        held = held.saturating_add(size.bytes(spec, scene.dimension));
+        held = held.saturating_add(size.recovery_bytes(spec, scene));
         if has_particles(spec) {
             held = held.saturating_add(gravity_bytes(scene, body.mass.len() as u64));
         }

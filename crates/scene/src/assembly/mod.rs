@@ -215,6 +215,9 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::BodyAssembly::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
+    if let Some(recovery) = scene.recovery() {
+        simulation.set_recovery(recovery, topology.rest_positions.clone());
+    }
     Ok(Assembly { simulation, topology, probes, report })
 }
 

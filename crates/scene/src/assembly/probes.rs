@@ -81,6 +81,11 @@ fn one<const D: usize, const N: usize>(
         }
     };
     let (body, vertices, weights, point) = place;
+    if spec.nodal_stress && !body.elastic {
+        let message = format!("`nodal_stress` is about finite elements, and `{}` has none", body.name);
+        let problem = Problem::semantic(path.key("nodal_stress"), message);
+        return Err(Box::new(problem.with_help("leave it out, or give the body `elastic`")));
+    }
     // Reference position.
     let mut rest = [0.0; 3];
     for (&vertex, weight) in vertices.iter().zip(&weights) {
@@ -88,8 +93,8 @@ fn one<const D: usize, const N: usize>(
         rest.iter_mut().zip(point).for_each(|(sum, x)| *sum += weight * x);
     }
     let vertices = vertices.iter().map(|vertex| body.first_vertex + vertex).collect();
-    let probe =
-        Probe { name: spec.name.clone(), body: body.name.clone(), vertices, weights, rest, point: None };
+    let (name, body, reads_nodal_stress) = (spec.name.clone(), body.name.clone(), spec.nodal_stress);
+    let probe = Probe { name, body, vertices, weights, rest, point: None, reads_nodal_stress };
     Ok((probe, point))
 }
 

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use pliant::diagnostics::Measure;
+use pliant::diagnostics::{Measure, RecordedField};
 
 /// Defines [`Channel`] from one entry per channel: documentation, name and, unless it is about a measure of
-/// elements, what the report of a scene says with it and without it.
+/// elements or vertices, what the report of a scene says with it and without it.
 macro_rules! channels {
     ($($(#[$documentation:meta])* $variant:ident: $name:literal $(, $with:literal, $without:literal)?;)+) => {
         /// One kind of output.
@@ -26,7 +26,7 @@ macro_rules! channels {
                 }
             }
 
-            /// Sentences about a run with and without the channel; `None` for a measure of elements.
+            /// Sentences about a run with and without the channel; `None` for a measure.
             pub(crate) fn sentences(self) -> Option<[&'static str; 2]> {
                 match self {
                     $(Channel::$variant => None$(.or(Some([$with, $without])))?,)+
@@ -86,11 +86,32 @@ channels! {
     /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on
     /// `/elements/energy-density`.
     EnergyDensity: "energy-density";
+    /// Von Mises stress [Pa] at every vertex, of the recovered stress, on `/vertices/nodal-von-mises`. NaN
+    /// at vertices of no finite element.
+    NodalVonMises: "nodal-von-mises";
+    /// Cauchy stress [Pa] at every vertex, on `/vertices/nodal-stress`: xx, yy, zz, xy, yz, xz. `recovery`
+    /// says how it follows from the stress of the elements, never across bodies. NaN at vertices of no
+    /// finite element.
+    NodalStress: "nodal-stress";
+    /// Estimated error of the stress of every finite element in the energy norm [sqrt(J)], on
+    /// `/elements/zz`: the distance from the recovered stress (Zienkiewicz, Zhu 1992). The square root of
+    /// the sum of squares is the error of the whole. Not for membranes.
+    Zz: "zz";
 }
 
 impl Channel {
     /// The measure of elements that it records; `None` for a channel that is not about elements.
     pub fn measure(self) -> Option<&'static Measure> {
         Measure::named(self.name())
+    }
+
+    /// The field of elements or vertices that it records; `None` for another channel.
+    pub fn field(self) -> Option<RecordedField> {
+        RecordedField::named(self.name())
+    }
+
+    /// True if the channel is about the recovered stress.
+    pub fn is_recovered(self) -> bool {
+        self.field().is_some() && self.measure().is_none()
     }
 }

@@ -22,6 +22,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use pliant::diagnostics::recovery::Recovery;
 use pliant::integrator::IntegratorSpec;
 
 mod adaptive;
@@ -255,10 +256,25 @@ pub struct Output {
     /// What each frame holds.
     #[schemars(extend("uniqueItems" = true))]
     pub channels: Vec<Channel>,
+    /// How stress at vertices follows from the stress of the elements, for the channels `nodal-stress`,
+    /// `nodal-von-mises` and `zz`, and for probes with `nodal_stress`; `"patch"` without it. A vertex has
+    /// one value there, so `"element"` is for Python's `nodal_stress` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recovery: Option<Recovery>,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Output { rate: 60.0, channels: vec![Channel::State, Channel::Mesh, Channel::Energy] }
+        let channels = vec![Channel::State, Channel::Mesh, Channel::Energy];
+        Output { rate: 60.0, channels, recovery: None }
+    }
+}
+
+impl Scene {
+    /// How stress at vertices is recovered; `None` if nothing in the scene reads it.
+    pub fn recovery(&self) -> Option<Recovery> {
+        let is_recorded = self.output.channels.iter().any(|channel| channel.is_recovered());
+        let is_read = is_recorded || self.probe.iter().any(|probe| probe.nodal_stress);
+        is_read.then(|| self.output.recovery.unwrap_or_default())
     }
 }

@@ -22,7 +22,13 @@ pub struct ProbeSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub at: Option<Vec<f64>>,
-    /// A vertex, by index in the body. It has no strain and stress: these belong to elements.
+    /// A vertex, by index in the body. It has no strain and stress: these belong to elements. `nodal_stress`
+    /// gives it a stress.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vertex: Option<u32>,
+    /// Also writes the stress recovered at vertices, interpolated in its element: the Cauchy stress [Pa] and
+    /// its von Mises stress `nodal_von_mises` [Pa]. `[output] recovery` says how. For bodies of finite
+    /// elements.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub nodal_stress: bool,
 }

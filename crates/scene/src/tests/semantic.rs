@@ -112,6 +112,11 @@ fn surroundings() {
                  `elastic`",
             ],
         ),
+        (
+            r#"["state"]"#,
+            "['state']\nrecovery = 'average'",
+            &["21:12 output.recovery: `recovery` has no effect: nothing reads its stress"],
+        ),
     ]);
 }
 

@@ -5,6 +5,7 @@ use super::pins::formulas;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Channel, HalfSpace, OverTime, Scene, Time, World};
+use pliant::diagnostics::recovery::Recovery;
 use pliant::integrator::BadParameter;
 
 /// Maximum number of steps: the time is `step * n`, and above 2^53 `n` is not exact.
@@ -136,11 +137,41 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or add `contact = {}` to the scene"));
         }
-        if channel.measure().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+        if channel.field().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =
                 format!("channel `{}` is about finite elements, and no body is `elastic`", channel.name());
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or give a body `elastic`"));
         }
+        let sheet = scene.body.iter().position(|body| body.membrane.is_some());
+        if let Some(sheet) = sheet.filter(|_| *channel == Channel::Zz) {
+            let name = scene.body[sheet].name.clone().unwrap_or_else(|| format!("body{sheet}"));
+            let message =
+                format!("channel `zz` divides by the stiffness of solids, and `{name}` is a membrane");
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out; `nodal-stress` has the stress of membranes, too"));
+        }
+    }
+    recovery(check, &path.key("recovery"), scene);
+}
+
+fn recovery(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    match (scene.output.recovery, scene.recovery()) {
+        (Some(_), None) => {
+            let problem =
+                Problem::semantic(path.clone(), "`recovery` has no effect: nothing reads its stress");
+            check.report(problem.with_help(
+                "leave it out, or name a channel `nodal-stress`, `nodal-von-mises` or `zz`, or give a probe \
+                 `nodal_stress = true`",
+            ));
+        }
+        (Some(Recovery::Element), Some(_)) => {
+            let message = "`element` gives each element its own stress at a vertex, and channels and probes \
+                           have one stress at a vertex";
+            check.report(Problem::semantic(path.clone(), message).with_help(
+                "use \"patch\" or \"average\", or in Python `simulation.nodal_stress(recovery=\"element\")`",
+            ));
+        }
+        _ => {}
     }
 }

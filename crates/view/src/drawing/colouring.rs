@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use pliant::diagnostics::{MEASURES, Measure};
-use pliant_record::read::ElementRows;
+use pliant::diagnostics::{FieldRows, RecordedField};
+use pliant_record::read::RecordedRows;
 
 use super::{DrawError, Drawing};
 
@@ -16,10 +16,10 @@ pub enum Colouring {
     Speed,
     /// Distance of a vertex from its reference position [m].
     Displacement,
-    /// Component of a recorded element measure.
-    Measure {
-        /// The measure.
-        measure: &'static Measure,
+    /// Component of a recorded field of elements or vertices.
+    Field {
+        /// The field.
+        of: RecordedField,
         /// Index of the component.
         field: usize,
     },
@@ -32,7 +32,7 @@ impl Colouring {
             Colouring::Body => "1",
             Colouring::Speed => "m/s",
             Colouring::Displacement => "m",
-            Colouring::Measure { measure, .. } => measure.unit,
+            Colouring::Field { of, .. } => of.unit,
         }
     }
 }
@@ -44,9 +44,9 @@ impl fmt::Display for Colouring {
             Colouring::Body => f.write_str("body"),
             Colouring::Speed => f.write_str("speed"),
             Colouring::Displacement => f.write_str("displacement"),
-            Colouring::Measure { measure, field } => match measure.fields {
-                [_] => f.write_str(measure.name),
-                fields => write!(f, "{} {}", measure.name, fields[*field]),
+            Colouring::Field { of, field } => match of.fields {
+                [_] => f.write_str(of.name),
+                fields => write!(f, "{} {}", of.name, fields[*field]),
             },
         }
     }
@@ -98,11 +98,8 @@ impl Drawing {
     pub fn colourings(&self) -> Vec<Colouring> {
         let mut found = vec![Colouring::Body, Colouring::Speed];
         found.extend(self.rest.is_some().then_some(Colouring::Displacement));
-        for measure in &MEASURES {
-            let topic = format!("/elements/{}", measure.name);
-            if self.topics.contains(&topic) {
-                found.extend((0..measure.fields.len()).map(|field| Colouring::Measure { measure, field }));
-            }
+        for of in RecordedField::all().filter(|field| self.topics.contains(&field.topic())) {
+            found.extend((0..of.fields.len()).map(|field| Colouring::Field { of, field }));
         }
         found
     }
@@ -126,10 +123,17 @@ impl Drawing {
                 let moved: Vec<f64> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
                 self.of_vertices(&lengths(&moved))
             }
-            Colouring::Measure { measure, field } => {
-                let rows = self.trajectory.elements(measure, frame)?;
-                self.of_elements(&rows, *field)
-                    .ok_or_else(|| self.cannot_colour(colouring, "its rows are not those of its elements"))?
+            Colouring::Field { of, field } => {
+                let rows = self.trajectory.field(of, frame)?;
+                let (found, reason) = match of.rows {
+                    FieldRows::Elements => {
+                        (self.of_elements(&rows, *field), "its rows are not those of its elements")
+                    }
+                    FieldRows::Vertices => {
+                        (self.of_nodes(&rows, *field), "its rows are not those of its vertices")
+                    }
+                };
+                found.ok_or_else(|| self.cannot_colour(colouring, reason))?
             }
         };
         Ok(Scalars { unit: colouring.unit().to_owned(), bodies })
@@ -154,7 +158,7 @@ impl Drawing {
     }
 
     /// Values by element; `None` if the numbers of rows and elements differ.
-    fn of_elements(&self, rows: &ElementRows, field: usize) -> Option<Vec<BodyScalars>> {
+    fn of_elements(&self, rows: &RecordedRows, field: usize) -> Option<Vec<BodyScalars>> {
         let width = rows.fields.len();
         let of = |body: &super::DrawnBody| {
             let Some(found) = rows.bodies.iter().find(|found| found.name == body.name) else {
@@ -162,11 +166,31 @@ impl Drawing {
             };
             let last = found.first.checked_add(found.count)?.checked_mul(width)?;
             let values = rows.values.get(found.first * width..last)?;
-            let values: Vec<f64> = values.iter().skip(field).step_by(width).copied().collect();
+            let values = component(values, field, width);
             (values.len() == body.element_count()).then_some(BodyScalars::Elements(values))
         };
         self.bodies.iter().map(of).collect()
     }
+
+    /// Values by vertex of the bodies with elements; `None` if the numbers of rows and vertices differ.
+    fn of_nodes(&self, rows: &RecordedRows, field: usize) -> Option<Vec<BodyScalars>> {
+        let values = component(&rows.values, field, rows.fields.len());
+        if values.len() != self.vertex_count() {
+            return None;
+        }
+        let mut of_bodies = self.of_vertices(&self.recorded.with_skins::<1>(values));
+        for (scalars, body) in of_bodies.iter_mut().zip(&self.bodies) {
+            if rows.bodies.iter().all(|found| found.name != body.name) {
+                *scalars = BodyScalars::None;
+            }
+        }
+        Some(of_bodies)
+    }
+}
+
+/// One component of rows of this width.
+fn component(values: &[f64], field: usize, width: usize) -> Vec<f64> {
+    values.iter().skip(field).step_by(width).copied().collect()
 }
 
 /// Norms of rows of three.

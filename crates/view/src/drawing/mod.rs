@@ -127,7 +127,8 @@ impl Drawing {
         let mut bodies: Vec<DrawnBody> = bodies.collect();
         let masses = trajectory.masses()?;
         let dimension = trajectory.dimension();
-        let rest = trajectory.rest_positions()?.map(|rest| recorded.with_skins(in_space(&rest, dimension)));
+        let rest =
+            trajectory.rest_positions()?.map(|rest| recorded.with_skins::<3>(in_space(&rest, dimension)));
         let surroundings = Surroundings::read(&mut trajectory, directory, &topics)?;
         // The vertex that represents a half-space is not a particle.
         let is_plane = |body: &DrawnBody| surroundings.walls.iter().any(|wall| wall.name == body.name);
@@ -227,8 +228,8 @@ impl Drawing {
     /// [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn frame(&mut self, frame: usize) -> Result<DrawnFrame, DrawError> {
         let dimension = self.dimension();
-        let x = self.recorded.with_skins(in_space(&self.trajectory.positions(frame)?, dimension));
-        let v = self.recorded.with_skins(in_space(&self.trajectory.velocities(frame)?, dimension));
+        let x = self.recorded.with_skins::<3>(in_space(&self.trajectory.positions(frame)?, dimension));
+        let v = self.recorded.with_skins::<3>(in_space(&self.trajectory.velocities(frame)?, dimension));
         // A frame that can be read has a time.
         let time = self.times().get(frame).copied().unwrap_or(0.0);
         Ok(DrawnFrame { time, x, v })

@@ -80,6 +80,22 @@ fn colourings_are_those_recorded_and_have_units() {
     assert_eq!((stress.unit.as_str(), stress.bodies[0].values().len()), ("Pa", 4));
 }
 
+#[test]
+fn recovered_stresses_colour_vertices() {
+    let rope = "[[body]]\nmesh = { strand = { segments = 2, start = [2.0, 0.0], end = [3.0, 0.0] } }\n\
+                springs = { stiffness = 10.0 }\nmass = { per_vertex = 0.1 }\n[[probe]]";
+    let named = SQUARE.replace("'jacobian', 'cauchy-stress'", "'nodal-von-mises', 'zz'");
+    let mut drawing = drawing(&named.replacen("[[probe]]", rope, 1));
+    let names: Vec<String> = drawing.colourings().iter().map(Colouring::to_string).collect();
+    assert_eq!(names, ["body", "speed", "displacement", "zz", "nodal-von-mises"]);
+    let colourings = drawing.colourings();
+    let stress = drawing.scalars(&colourings[4], 2).unwrap();
+    let BodyScalars::Vertices(values) = &stress.bodies[0] else { panic!("{stress:?}") };
+    assert!(values.len() == 6 && values.iter().all(|stress| *stress > 0.0), "{values:?}");
+    assert_eq!((stress.unit.as_str(), &stress.bodies[1]), ("Pa", &BodyScalars::None));
+    assert!(matches!(&drawing.scalars(&colourings[3], 2).unwrap().bodies[0], BodyScalars::Elements(_)));
+}
+
 /// A 3D scene with one body of this mesh and these properties.
 fn in_space(mesh: &str, part: &str) -> String {
     format!(
@@ -176,7 +192,7 @@ fn skins_are_drawn_in_place_of_the_boundary() {
             "dimension = 3
             time = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 0.02 }}
             world = {{ gravity = [0.0, 0.0, -10.0] }}
-            output = {{ rate = 100.0, channels = ['state', 'mesh', 'jacobian'] }}
+            output = {{ rate = 100.0, channels = ['state', 'mesh', 'jacobian', 'nodal-von-mises'] }}
             [[body]]
             name = 'cube'
             mesh = {{ surface = {{ path = '{}', cells = 3 {keys} }} }}
@@ -204,6 +220,8 @@ fn skins_are_drawn_in_place_of_the_boundary() {
     let of_elements = drawing.scalars(&measure, 2).unwrap();
     let largest = *elements.iter().max().unwrap() as usize;
     assert!(elements.len() == 12 && largest < of_elements.bodies[0].values().len());
+    let stress = drawing.colourings().into_iter().find(|c| c.to_string() == "nodal-von-mises").unwrap();
+    assert_eq!(drawing.scalars(&stress, 2).unwrap().bodies[0].values().len(), count + 8);
     let bare = Drawing::without_skins(&file, folder.path()).unwrap();
     assert!(bare.bodies()[0].triangles.len() > 12 && bare.bodies()[0].skin.is_empty());
     let file = folder.path().join("bare.mcap");

@@ -33,7 +33,9 @@ use crate::energy::ElementTerm;
 use cells::{Cells, NodalRows, Tensor};
 
 /// Method by which stresses at nodes follow from stresses inside elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Recovery {
     /// Least squares in each element alone: one value for every element at a node. Shows the jumps.
@@ -79,7 +81,7 @@ impl NodalStress {
 
     /// Returns principal stresses and directions of each row, of the recovered tensor.
     pub fn principal(&self) -> Vec<PrincipalStress> {
-        self.stress.iter().map(principal).collect()
+        self.stress.iter().map(PrincipalStress::of).collect()
     }
 
     /// Returns the stresses at a vertex [Pa]: none outside of elements, one for each element with
@@ -90,12 +92,14 @@ impl NodalStress {
     }
 }
 
-/// Returns principal stresses and directions of a symmetric tensor.
-fn principal(stress: &Mat<f64, 3>) -> PrincipalStress {
-    let (values, vectors) = symmetric_eigen(stress);
-    let mut order = [0, 1, 2];
-    order.sort_by(|a: &usize, b: &usize| values[*b].total_cmp(&values[*a]));
-    PrincipalStress { values: order.map(|k| values[k]), directions: Mat(order.map(|k| vectors[k])) }
+impl PrincipalStress {
+    /// Returns those of a symmetric tensor.
+    pub fn of(stress: &Mat<f64, 3>) -> Self {
+        let (values, vectors) = symmetric_eigen(stress);
+        let mut order = [0, 1, 2];
+        order.sort_by(|a: &usize, b: &usize| values[*b].total_cmp(&values[*a]));
+        PrincipalStress { values: order.map(|k| values[k]), directions: Mat(order.map(|k| vectors[k])) }
+    }
 }
 
 /// Recovers the Cauchy stress at the nodes of these terms.
