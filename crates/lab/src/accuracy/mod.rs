@@ -80,6 +80,7 @@ impl WishedError {
         let kind = match quantity.unit() {
             "m" => Kind::LENGTH,
             "N" => Kind::FORCE,
+            "Pa" => Kind::PRESSURE,
             _ => Kind::ENERGY,
         };
         let value = kind.parse(text).map_err(|error: QuantityError| no_wish(format!("is none: {error}")))?;

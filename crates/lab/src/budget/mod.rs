@@ -89,6 +89,9 @@ pub enum BudgetError {
     /// The run of the scene does not reach its end.
     #[error("the run of the scene does not reach its end")]
     Unfinished,
+    /// The scene cannot be run for its quantities.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Progress of the runs of a budget.
@@ -158,7 +161,10 @@ fn budget_of(
     let started = Instant::now();
     let own = ladder.values(scene, None, 1.0);
     let own_seconds = started.elapsed().as_secs_f64();
-    let own = own.map_err(|_| BudgetError::Unfinished)?;
+    let own = own.map_err(|reason| match reason {
+        NoValues::Refused(reason) => BudgetError::Refused(reason),
+        _ => BudgetError::Unfinished,
+    })?;
     let started = Instant::now();
     let parts = ladder.parts(&own, own_seconds);
     let cost = started.elapsed().as_secs_f64() / own_seconds;
@@ -345,6 +351,14 @@ impl<'a> ErrorRuns<'a> {
             let (found, words) = match &quarter {
                 Some(quarter) => {
                     let values = [quarter[i].value, on_half[i].value, own[i].value];
+                    if let Some(about) = quantity.without_limit(&values) {
+                        return ErrorPart {
+                            part: "mesh",
+                            estimate: None,
+                            expected_order: Some(expected),
+                            about,
+                        };
+                    }
                     let words = [4, 2, 1].map(|divisor| cells.words(CellScale::coarser(divisor))).join(", ")
                         + " cells";
                     (estimate(&values, expected, LadderKind::Mesh), words)

@@ -11,12 +11,17 @@ use std::str::FromStr;
 
 use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
+use pliant::quantity::Rounded;
 use pliant_scene::assembly::Assembly;
 
+/// Components of a stress.
+const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+/// Growth of a stress with each of two finer meshes from which on it has no limit.
+const SINGULAR: f64 = 1.25;
 /// Turns of a series from which on it oscillates: a period has two.
 const OSCILLATES: usize = 2;
 
-/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `energy.elastic`.
+/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `corner.von-mises`, `energy.elastic`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityOfInterest {
     of: QuantitySource,
@@ -28,6 +33,9 @@ pub struct QuantityOfInterest {
 enum QuantitySource {
     /// Displacement of a probe along an axis [m].
     Displacement { probe: String, axis: usize },
+    /// Cauchy stress at a probe, recovered at vertices and interpolated: a component of xx, yy, zz, xy, yz, xz,
+    /// or von Mises' [Pa].
+    Stress { probe: String, component: Option<usize> },
     /// Reaction force of a pin along an axis [N]: the name, or its end after a slash.
     Force { pin: String, axis: usize },
     /// An energy [J].
@@ -54,8 +62,9 @@ enum TimeStatistic {
 /// Error of a text that is no quantity of interest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no quantity: it is PROBE.x, PIN.force.x or energy.elastic, energy.kinetic, energy.total, and \
-     then nothing or one of end, max, min, mean, rms, for example \"tip.y max\""
+    "`{0}` is no quantity: it is PROBE.x, PROBE.von-mises, PROBE.stress.xx, PIN.force.x or energy.elastic, \
+     energy.kinetic, energy.total, and then nothing or one of end, max, min, mean, rms, for example \
+     \"tip.y max\""
 )]
 pub struct NoQuantity(String);
 
@@ -83,6 +92,12 @@ impl FromStr for QuantityOfInterest {
             ("energy", "elastic") => QuantitySource::Energy(EnergyPart::Elastic),
             ("energy", "kinetic") => QuantitySource::Energy(EnergyPart::Kinetic),
             ("energy", "total") => QuantitySource::Energy(EnergyPart::Total),
+            (probe, "von-mises") => QuantitySource::Stress { probe: probe.to_owned(), component: None },
+            _ if of.ends_with(".stress") => {
+                let component = COMPONENTS.iter().position(|name| *name == last).ok_or_else(error)?;
+                let probe = of.trim_end_matches(".stress").to_owned();
+                QuantitySource::Stress { probe, component: Some(component) }
+            }
             _ => match (of.strip_suffix(".force"), of.strip_suffix(".displacement")) {
                 (Some(pin), _) => QuantitySource::Force { pin: pin.to_owned(), axis: axis()? },
                 (_, Some(probe)) => QuantitySource::Displacement { probe: probe.to_owned(), axis: axis()? },
@@ -98,6 +113,10 @@ impl std::fmt::Display for QuantityOfInterest {
         let axes = ["x", "y", "z"];
         match &self.of {
             QuantitySource::Displacement { probe, axis } => write!(formatter, "{probe}.{}", axes[*axis]),
+            QuantitySource::Stress { probe, component: None } => write!(formatter, "{probe}.von-mises"),
+            QuantitySource::Stress { probe, component: Some(component) } => {
+                write!(formatter, "{probe}.stress.{}", COMPONENTS[*component])
+            }
             QuantitySource::Force { pin, axis } => write!(formatter, "{pin}.force.{}", axes[*axis]),
             QuantitySource::Energy(part) => {
                 let name = ["elastic", "kinetic", "total"][*part as usize];
@@ -130,6 +149,7 @@ impl QuantityOfInterest {
             QuantitySource::Displacement { probe, axis } => {
                 *axis < dimension && assembly.probes.iter().any(|own| own.name == *probe)
             }
+            QuantitySource::Stress { probe, .. } => assembly.probes.iter().any(|own| own.name == *probe),
             QuantitySource::Force { pin, axis } => {
                 let names = assembly.simulation.reaction_names();
                 *axis < dimension && names.iter().filter(|name| is_named(name, pin)).count() == 1
@@ -142,16 +162,17 @@ impl QuantityOfInterest {
     pub fn unit(&self) -> &'static str {
         match self.of {
             QuantitySource::Displacement { .. } => "m",
+            QuantitySource::Stress { .. } => "Pa",
             QuantitySource::Force { .. } => "N",
             QuantitySource::Energy(_) => "J",
         }
     }
 
     /// Formal order of its error in space for elements of order `q` in statics, with exact loads: `q + 1` of
-    /// displacements, `2 q` of energies and of whole reactions.
+    /// displacements and of recovered stresses, `2 q` of energies and of whole reactions.
     pub fn order_in_space(&self, q: u32) -> u32 {
         match self.of {
-            QuantitySource::Displacement { .. } => q + 1,
+            QuantitySource::Displacement { .. } | QuantitySource::Stress { .. } => q + 1,
             _ => 2 * q,
         }
     }
@@ -161,12 +182,42 @@ impl QuantityOfInterest {
         self.statistic == TimeStatistic::End
     }
 
+    /// Probe whose recovered stress it reads.
+    pub(super) fn stressed_probe(&self) -> Option<&str> {
+        match &self.of {
+            QuantitySource::Stress { probe, .. } => Some(probe),
+            _ => None,
+        }
+    }
+
+    /// Reason for which values on finer and finer meshes have no limit: a stress that grows with each of
+    /// two, as at a corner that points inwards.
+    pub fn without_limit(&self, values: &[f64]) -> Option<String> {
+        let (probe, [.., first, second, third]) = (self.stressed_probe()?, values) else { return None };
+        let growths = [second / first, third / second];
+        growths.iter().all(|growth| *growth > SINGULAR).then(|| {
+            format!(
+                "stress at `{probe}` grows by {} with half the cell size (h^-{}), as at a corner that points \
+                 inwards: round it, or ask at a distance",
+                Rounded::<3>(growths[1]),
+                Rounded::<2>(growths[1].log2())
+            )
+        })
+    }
+
     /// Reads a frame; `None` if it has no such probe or pin.
     fn read(&self, frame: &Frame<'_>, probes: &[Probe]) -> Option<f64> {
         match &self.of {
             QuantitySource::Displacement { probe, axis } => {
                 let probe = probes.iter().find(|own| own.name == *probe)?;
                 (*axis < frame.dimension).then(|| probe.read(frame).displacement[*axis])
+            }
+            QuantitySource::Stress { probe, component } => {
+                let reading = probes.iter().find(|own| own.name == *probe)?.read(frame);
+                match component {
+                    Some(component) => reading.nodal_stress.map(|stress| stress[*component]),
+                    None => reading.nodal_von_mises,
+                }
             }
             QuantitySource::Force { pin, axis } => {
                 let mut named = frame.reactions?.iter().filter(|reaction| is_named(&reaction.name, pin));
@@ -244,7 +295,8 @@ impl<'a> QuantityObserver<'a> {
 impl Observer for QuantityObserver<'_> {
     fn quantities(&self) -> Quantities {
         let any = |of: fn(&QuantitySource) -> bool| self.quantities.iter().any(|quantity| of(&quantity.of));
-        Quantities::REACTIONS.only_if(any(|of| matches!(of, QuantitySource::Force { .. })))
+        Quantities::NODAL_STRESS.only_if(any(|of| matches!(of, QuantitySource::Stress { .. })))
+            | Quantities::REACTIONS.only_if(any(|of| matches!(of, QuantitySource::Force { .. })))
             | Quantities::DIAGNOSTICS.only_if(any(|of| matches!(of, QuantitySource::Energy(_))))
     }
 

@@ -62,6 +62,8 @@ impl<'a> QuantityRuns<'a> {
                 spec.at = Some(probe.rest[..scene.dimension].to_vec());
                 spec.body = Some(probe.body.clone());
             }
+            let is_read = |quantity: &QuantityOfInterest| quantity.stressed_probe() == Some(&spec.name);
+            spec.nodal_stress |= quantities.iter().any(is_read);
         }
         QuantityRuns { quantities, plan, interrupt, probes }
     }

@@ -65,12 +65,21 @@ pub struct ElementLadder {
 }
 
 impl ElementLadder {
-    fn new(family: ElementFamily, floors: &[&RefinedRow], quantity: usize, expected_order: f64) -> Self {
-        let values: Vec<f64> = floors.iter().map(|row| row.values[quantity]).collect();
+    fn new(
+        family: ElementFamily,
+        floors: &[&RefinedRow],
+        (index, quantity): (usize, &QuantityOfInterest),
+        expected_order: f64,
+    ) -> Self {
+        let values: Vec<f64> = floors.iter().map(|row| row.values[index]).collect();
         let last = &values[values.len().saturating_sub(LADDER)..];
-        let (estimate, reason) = match estimate(last, expected_order, LadderKind::Mesh) {
+        let found = match quantity.without_limit(last) {
+            Some(reason) => Err(reason),
+            None => estimate(last, expected_order, LadderKind::Mesh).map_err(|reason| reason.to_string()),
+        };
+        let (estimate, reason) = match found {
             Ok(found) => (Some(found), None),
-            Err(reason) => (None, Some(reason.to_string())),
+            Err(reason) => (None, Some(reason)),
         };
         let cells = floors.iter().map(|row| row.cells.clone()).collect();
         ElementLadder { family, cells, values, expected_order, estimate, reason }
@@ -189,7 +198,7 @@ impl QuantityRefinement {
             floors.sort_by_key(|row| row.level);
             let expected = if is_static { f64::from(quantity.order_in_space(family.order())) } else { 2.0 };
             if !floors.is_empty() {
-                ladders.push(ElementLadder::new(family, &floors, index, expected));
+                ladders.push(ElementLadder::new(family, &floors, (index, quantity), expected));
             }
         }
         let reference = QuantityReference::of(&ladders);

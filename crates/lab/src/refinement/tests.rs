@@ -279,3 +279,60 @@ fn meshes_without_numbers_of_cells_are_cut() {
     assert!((of_inline.value - of_grid.value).abs() <= known && of_inline.agrees, "{limits:?}");
     assert!(of_inline.uncertainty < 0.01 * of_inline.value, "{limits:?}");
 }
+
+/// NAFEMS LE1: the membrane of two ellipses in plane stress under outward tension of 10 MPa.
+#[test]
+fn stresses_have_the_limits_of_the_continuous_problem() {
+    let traction = "traction = ['1e7*X/3.25^2/sqrt((X/3.25^2)^2+(Y/2.75^2)^2)', \
+                    '1e7*Y/2.75^2/sqrt((X/3.25^2)^2+(Y/2.75^2)^2)']";
+    let ellipses = CYLINDER
+        .replace("cells = [8, 16], inner = [1.0, 1.0], outer = [2.0, 2.0]", "cells = [8, 8]")
+        .replace("young = 1000.0, poisson = 0.3", "young = 210e9, poisson = 0.3, plane = 'stress'")
+        .replace("group = 'inner', traction = ['X', 'Y']", &format!("group = 'outer', {traction}"))
+        .replace("at = [1.0, 0.0]", "at = [2.0, 0.0]");
+    // The converged value, and Lame's hoop stress at the bore.
+    let cases = [
+        (ellipses.as_str(), "inner.stress.yy", 92.6576e6, 600.0),
+        (CYLINDER, "inner.stress.yy", 5.0 / 3.0, 0.0),
+    ];
+    for (text, of_point, truth, known) in cases {
+        let results = refined(text, |plan| plan.quantities = of(&[of_point])).unwrap();
+        let quantity = &results.quantities[0];
+        let reference = quantity.reference.as_ref().unwrap_or_else(|| panic!("{quantity:?}"));
+        let error = (reference.value - truth).abs();
+        assert!(error <= reference.uncertainty + known, "{reference:?}, error {error}");
+        assert!(reference.uncertainty < 0.02 * truth && quantity.unit == "Pa", "{reference:?}");
+    }
+}
+
+/// The stress at a corner that points inwards has no limit, and is not given one.
+#[test]
+fn stresses_at_a_corner_have_no_limit() {
+    let corner = "dimension = 2
+        time = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }
+        [[body]]
+        mesh = { inline = { points = [[-1, -1], [0, -1], [-1, 0], [0, 0], [1, 0], [-1, 1], [0, 1], [1, 1]],
+            quadrilaterals = [[0, 1, 3, 2], [2, 3, 6, 5], [3, 4, 7, 6]] } }
+        refine = 1
+        elastic = { linear = { young = 1000.0, poisson = 0.3 } }
+        mass = { density = 1.0 }
+        pin = [{ half_space = { normal = [0.0, 1.0], offset = -1.0 } }]
+        load = [{ half_space = { normal = [-1.0, 0.0], offset = -1.0 }, traction = ['0', '1'] }]
+        [[probe]]
+        name = 'corner'
+        at = [0.0, 0.0]";
+    let results = refined(corner, |plan| {
+        plan.quantities = of(&["corner.von-mises", "corner.y"]);
+        plan.levels = 4;
+    });
+    let results = results.unwrap();
+    let [stress, displacement] = &results.quantities[..] else { panic!("{results:?}") };
+    assert!(stress.reference.is_none() && displacement.reference.is_some(), "{stress:?}");
+    let reasons: Vec<&str> = stress.ladders.iter().filter_map(|ladder| ladder.reason.as_deref()).collect();
+    // Williams' exponent of a corner of 270 degrees: stresses grow as h^-0.4555.
+    assert!(
+        reasons.iter().all(|reason| reason.contains("grows by 1.3") && reason.contains("h^-0.4")),
+        "{reasons:?}"
+    );
+    assert_eq!(reasons.len(), 2);
+}

@@ -58,6 +58,7 @@ pub(super) fn estimated(
     };
     error_budget(source, quantities, interrupt, &mut begun).map_err(|error| match error {
         BudgetError::Scene(error) => error.into(),
+        BudgetError::Refused(_) => Failure::usage(format!("--errors: {error}")),
         error => Failure::failed("errors", error.to_string()),
     })
 }
