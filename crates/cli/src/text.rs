@@ -8,6 +8,20 @@ pub(crate) fn number(x: f64) -> String {
     Rounded::<4>(x).to_string()
 }
 
+/// `38.5 % of`, or `4.61 times` for a ratio above 1.
+pub(crate) fn compared(ratio: f64) -> String {
+    if ratio > 1.0 { format!("{} times", Rounded::<3>(ratio)) } else { format!("{} of", percent(ratio)) }
+}
+
+/// `0.351 %` of a fraction of either sign.
+pub(crate) fn percent(fraction: f64) -> String {
+    match 100.0 * fraction {
+        p if p != 0.0 && p.abs() < 1e-3 => "less than 0.001 %".into(),
+        p if p.abs() >= 1e3 => "more than 1000 %".into(),
+        p => format!("{} %", Rounded::<3>(p)),
+    }
+}
+
 /// `3.2 MB`.
 pub(crate) fn bytes(n: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB"];
@@ -116,6 +130,16 @@ mod tests {
             (bytes(999), bytes(1_000), bytes(1_234_567)),
             ("999 B".into(), "1.0 kB".into(), "1.2 MB".into())
         );
+    }
+
+    #[test]
+    fn fractions_are_percents_without_powers_of_ten() {
+        assert_eq!(
+            [0.385_15, -0.003_514, 1e-6, 0.0].map(percent),
+            ["38.5 %", "-0.351 %", "less than 0.001 %", "0 %"]
+        );
+        assert_eq!([-1e3, f64::INFINITY].map(percent), ["more than 1000 %"; 2]);
+        assert_eq!([1.0, 0.385, 4.606].map(compared), ["100 % of", "38.5 % of", "4.61 times"]);
     }
 
     #[test]
