@@ -203,11 +203,8 @@ impl Trial {
         let wrong = findings.verdict == CaseVerdict::Fail || trial.limit.is_some();
         if (wrong || findings.reason() == Some(REPORTED)) && !findings.cut_short {
             findings.advice = until(|| limits.are_over(), |stop| trial.advice(self.step, stop));
-            if limits.are_over() {
-                let and_so_far =
-                    findings.advice.take().map_or_else(String::new, |advice| format!("{advice}; "));
-                findings.advice =
-                    Some(format!("{and_so_far}the time was over before all was tried that could"));
+            if let Some(advice) = findings.advice.as_mut().filter(|_| limits.are_over()) {
+                *advice += "; the time was over before all was tried that could";
             }
         }
         findings
