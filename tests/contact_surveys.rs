@@ -48,8 +48,8 @@ fn schemes_that_do_not_hold_contact_are_left_out_of_a_survey_with_the_reason() {
     let source = Source::new("heavy", &text);
     let survey = |names: &[&str]| {
         let integrators = names.iter().map(|name| (*name).to_owned()).collect();
-        let choice = SurveyOptions { integrators, against: None, quick: true };
-        StabilitySurvey::of(&source, &choice, &Arc::default(), &mut |_, _| {})
+        let choice = SurveyOptions { integrators, quick: true, ..SurveyOptions::default() };
+        StabilitySurvey::of(&source, &choice, &Arc::default(), &mut |_| {})
     };
     let found = survey(&["velocity-verlet", "implicit-midpoint"]).unwrap();
     assert_eq!(found.limits.len(), 1);

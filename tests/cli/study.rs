@@ -57,6 +57,10 @@ fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
     study(&["--budget", "soon"]).says(&["it must be a time"]);
     study(&["--vary", "body.0.mass"]).says(&["gives no values"]);
     study(&["--vary", "body.3.order=1,2", "--steps", "0.01"]).says(&["there is no `body.3`"]);
+    // What a study compares anyway is not varied.
+    study(&["--vary", "time.integrator=rk4,bdf2"]).says(&["`time.integrator` is what", "by `--integrators`"]);
+    study(&["--vary", "time.step=0.01,0.02"]).says(&["by `--steps`"]);
+    study(&["--vary", "time.adaptive.tolerance=1e-3,1e-4"]).says(&["by `--tolerances`"]);
     let pinned = "--set=body.0.position={ affine = { matrix = [[1.0, 0.1], [0.0, 1.0]] } }";
     study(&[
         "--reference",

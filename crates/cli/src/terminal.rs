@@ -74,6 +74,11 @@ impl Terminal {
         let _ = writeln!(io::stderr().lock(), "{shown}");
     }
 
+    /// True if a person reads standard output, who wants the answer, and rows on request.
+    pub(crate) fn is_read(self) -> bool {
+        io::stdout().is_terminal()
+    }
+
     /// Columns to fill on standard output.
     pub(crate) fn width(self) -> usize {
         let columns = console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));

@@ -18,6 +18,20 @@ pub(crate) fn rounded_to(value: f64, uncertainty: f64) -> String {
     }
 }
 
+/// `38.5 % of`, or `4.61 times` for a ratio above 1.
+pub(crate) fn compared(ratio: f64) -> String {
+    if ratio > 1.0 { format!("{} times", Rounded::<3>(ratio)) } else { format!("{} of", percent(ratio)) }
+}
+
+/// `0.351 %` of a fraction of either sign.
+pub(crate) fn percent(fraction: f64) -> String {
+    match 100.0 * fraction {
+        p if p != 0.0 && p.abs() < 1e-3 => "less than 0.001 %".into(),
+        p if p.abs() >= 1e3 => "more than 1000 %".into(),
+        p => format!("{} %", Rounded::<3>(p)),
+    }
+}
+
 /// `3.2 MB`.
 pub(crate) fn bytes(n: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB"];
@@ -140,6 +154,16 @@ mod tests {
         for (value, uncertainty, text) in cases {
             assert_eq!(rounded_to(value, uncertainty), text);
         }
+    }
+
+    #[test]
+    fn fractions_are_percents_without_powers_of_ten() {
+        assert_eq!(
+            [0.385_15, -0.003_514, 1e-6, 0.0].map(percent),
+            ["38.5 %", "-0.351 %", "less than 0.001 %", "0 %"]
+        );
+        assert_eq!([-1e3, f64::INFINITY].map(percent), ["more than 1000 %"; 2]);
+        assert_eq!([1.0, 0.385, 4.606].map(compared), ["100 % of", "38.5 % of", "4.61 times"]);
     }
 
     #[test]

@@ -218,10 +218,10 @@ pub(crate) fn _stability<'py>(
         })
     };
     let against = against.map(known).transpose()?;
-    let choice = SurveyOptions { integrators, against, quick };
+    let choice = SurveyOptions { integrators, against, quick, ..SurveyOptions::default() };
     let found = watched(py, function, |watch: &Watch| {
-        StabilitySurvey::of(&scene.source, &choice, &watch.stop, &mut |limit, drift| {
-            watch.show(&json!({ "limit": limit, "drift": drift }));
+        StabilitySurvey::of(&scene.source, &choice, &watch.stop, &mut |found| {
+            watch.show(&json!({ "limit": found.limits.last(), "drift": found.drifts.last() }));
         })
     })?;
     let found = found.map_err(|error| match error {

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::values::time_span;
+
 /// `pliant stability`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct StabilityArguments {
@@ -21,6 +23,13 @@ pub(crate) struct StabilityArguments {
     /// A coarse map
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Print a row for each integrator and the map on a terminal, too; without it a terminal shows the
+    /// answer in at most 24 lines
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Wall time for everything, for example 20s or "5 min"; the report names what it did not reach
+    #[arg(long, value_name = "TIME", value_parser = time_span, default_value = "60s")]
+    pub(crate) budget: f64,
     /// Also write stability.csv, map.csv, stability.json, stability.html and its charts into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,

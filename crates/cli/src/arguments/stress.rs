@@ -10,8 +10,8 @@ use super::values::time_span;
 /// `pliant stress`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct StressArguments {
-    /// Scene file (TOML), to be put out of shape in place of the suite's own; implicit schemes go in the
-    /// step of the scene, explicit ones in that of their own stability limit where it is smaller
+    /// Scene file (TOML), perturbed in place of the suite's own scenes; implicit integrators use its step,
+    /// explicit ones a step below their own stability limit
     pub(crate) scene: Option<PathBuf>,
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "scene")]
@@ -40,6 +40,10 @@ pub(crate) struct StressArguments {
     /// where it is over, and say so, other cases of the suite left out [default: 60s for a scene]
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) budget: Option<f64>,
+    /// Print a row for each case of a scene on a terminal, too; without it a terminal shows verdicts in a
+    /// grid, the main reasons and a conclusion
+    #[arg(long, requires = "scene")]
+    pub(crate) all: bool,
     /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,

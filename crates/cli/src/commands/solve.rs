@@ -1,8 +1,8 @@
 //! `pliant solve`: mesh, elements, scheme and step for an accuracy that is wished for, with the proof.
 
+use pliant::quantity::Seconds;
 use pliant_lab::accuracy::{AccuracyError, AccuracySearch, AccurateRun, WishedError};
 use pliant_lab::quantity::{NoQuantity, QuantityOfInterest};
-use pliant_lab::study::seconds;
 use serde_json::json;
 
 use super::run::errors::of_quantity;
@@ -65,8 +65,8 @@ pub(crate) fn execute(arguments: &SolveArguments, terminal: Terminal) -> Result<
 /// The run that was found, and its proof.
 fn described(found: &AccurateRun, scene: &str, width: usize) -> String {
     let AccurateRun { elements, cells, scheme, step, wish, proof, .. } = found;
-    let step = step.map_or_else(String::new, |step| format!(" with steps of {}", seconds(step)));
-    let chosen = format!("{elements} on {cells} cells, {scheme}{step}: {}", seconds(found.seconds));
+    let step = step.map_or_else(String::new, |step| format!(" with steps of {}", Seconds(step)));
+    let chosen = format!("{elements} on {cells} cells, {scheme}{step}: {}", Seconds(found.seconds));
     let mut out = wrap(&chosen, 0, width) + &of_quantity(proof, width);
     out += &wrap(
         &format!(
@@ -74,7 +74,7 @@ fn described(found: &AccurateRun, scene: &str, width: usize) -> String {
             number(*wish),
             proof.unit,
             counted(found.runs as u64, "run", "runs"),
-            seconds(found.search_seconds)
+            Seconds(found.search_seconds)
         ),
         0,
         width,

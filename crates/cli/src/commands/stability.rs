@@ -10,8 +10,8 @@ use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::output;
+use crate::progress::spinner;
 use crate::terminal::Terminal;
-use crate::text::number;
 
 pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
@@ -24,26 +24,49 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         AgainstArgument::Density => Against::Density,
         AgainstArgument::Gravity => Against::Gravity,
     });
-    let choice =
-        SurveyOptions { integrators: arguments.integrators.clone(), against, quick: arguments.quick };
-    let found = StabilitySurvey::of(&input.source, &choice, interrupt::flag()?, &mut |limit, _| {
-        if terminal.verbose {
-            let Some(above) = limit.above else { return };
-            terminal.note(&format!(
-                "{}: {} above {} s",
-                limit.integrator,
-                above.name(),
-                number(limit.measured)
-            ));
+    let is_brief = terminal.is_read() && !arguments.all;
+    let choice = SurveyOptions {
+        integrators: arguments.integrators.clone(),
+        against,
+        quick: arguments.quick,
+        // A map that nobody asked for and nobody sees is not worth its time.
+        without_map: is_brief && against.is_none() && arguments.output.is_none() && !terminal.json,
+        budget: Some(arguments.budget),
+    };
+    // The answer stands before the search goes on with other integrators.
+    let (bar, mut answered) = (spinner(terminal), Ok(()));
+    let answer = |found: &StabilitySurvey| match &bar {
+        Some(bar) => bar.suspend(|| terminal.report(&report::answer(found, terminal.width()))),
+        None => terminal.report(&report::answer(found, terminal.width())),
+    };
+    let found = StabilitySurvey::of(&input.source, &choice, interrupt::flag()?, &mut |found| {
+        if found.limits.len() + found.not_reached.len() == 1 {
+            answered = answer(found);
+        }
+        let Some(limit) = found.limits.last() else { return };
+        match &bar {
+            Some(bar) if terminal.verbose => bar.println(report::progress(limit)),
+            Some(bar) => bar.set_message(format!("{} done", limit.integrator)),
+            None if terminal.verbose => terminal.note(&report::progress(limit)),
+            None => {}
         }
     });
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    answered?;
     let found = found.map_err(|error| match error {
         SurveyError::Scene(error) => Failure::from(error),
         error => Failure::usage(error.to_string()),
     })?;
     let status = if found.complete { ExitStatus::Done } else { ExitStatus::Interrupted };
     let document = document(&found, status, input.source.name());
-    terminal.report(&report::describe(&found, terminal.width()))?;
+    let rest = if is_brief {
+        report::brief(&found, terminal.width())
+    } else {
+        report::full(&found, terminal.width())
+    };
+    terminal.report(&rest)?;
     if let Some(folder) = &arguments.output {
         report::write(folder, input.source.name(), &found, &document)?;
         terminal.note(&format!("wrote stability.html, its charts and tables to {}", folder.display()));

@@ -1,5 +1,6 @@
 //! `pliant stress`: what breaks simulators, and what stands.
 
+mod conclusion;
 mod page;
 mod picture;
 mod rows;
@@ -105,7 +106,12 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    terminal.report(&rows::describe(&results, arguments.scene.is_some(), terminal.width()))?;
+    let is_scene = arguments.scene.is_some();
+    let said = match is_scene && terminal.is_read() && !arguments.all {
+        true => conclusion::brief(&results, terminal.width()),
+        false => rows::describe(&results, is_scene, terminal.width()),
+    };
+    terminal.report(&said)?;
     if let Some(folder) = &arguments.output {
         write(folder, &results, &earlier)?;
         terminal.note(&format!("wrote stress.html, stress.csv and stress.json to {}", folder.display()));

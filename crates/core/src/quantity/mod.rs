@@ -15,6 +15,7 @@ mod error;
 mod kind;
 mod parse;
 mod rounded;
+mod seconds;
 #[cfg(test)]
 mod tests;
 mod unit;
@@ -26,4 +27,5 @@ pub use kind::Kind;
 pub(crate) use parse::number_length;
 pub use parse::{Quantity, is_quantity};
 pub use rounded::Rounded;
+pub use seconds::Seconds;
 pub use unit::{prefixes, unit_symbols};

@@ -16,6 +16,8 @@ const EXPLICIT_STEPS: u64 = 1000;
 const IMPLICIT_STEPS: u64 = 100;
 /// Relative accuracy of the bisection.
 const ACCURACY: f64 = 1e-3;
+/// Smallest step of a search, as a fraction of the largest.
+const SMALLEST: f64 = 1e-6;
 
 /// How large a step may be.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -34,13 +36,16 @@ pub struct MeasuredLimit {
     pub above: Option<AttemptStatus>,
     /// Trials.
     pub trials: u32,
+    /// True if the time was over before the search ended: larger steps than `measured` may work.
+    pub cut_short: bool,
 }
 
 /// Finds the largest step of `integrator` on this scene: between half and twice the predicted limit, or
-/// up to `largest` [s] if any step is predicted to be stable.
+/// from the scene's own step to `largest` [s] if any step is predicted to be stable.
 ///
 /// A trial takes 1000 steps, or 100 of an implicit integrator. In a nonlinear scene larger steps cover
-/// more time, and may fail for later events. Returns `None` if `stop` was set meanwhile.
+/// more time, and may fail for later events. The search is cut short once `stop` is set; returns `None`
+/// if that happens before the prediction.
 ///
 /// # Errors
 /// The mistakes in the scene.
@@ -51,66 +56,81 @@ pub fn measure_limit(
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<MeasuredLimit>, SceneError> {
     let about = integrator.method().documentation;
-    let mut simulation = with_step(scene, integrator, nominal_step(scene), stop)?;
-    let Ok(limit) = simulation.stability_limit(scene.time.duration) else { return Ok(None) };
-    let is_stopped = || stop.load(Ordering::Relaxed);
-    let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
+    let own = nominal_step(scene);
     let mut found = MeasuredLimit {
         integrator: about.name.into(),
-        predicted: predicted(&limit),
-        doubles_at: limit.grows_at_any_step.then_some(limit.step),
+        predicted: None,
+        doubles_at: None,
         measured: 0.0,
         above: None,
         trials: 0,
+        cut_short: false,
     };
-    let mut trial = |step: f64| -> Result<AttemptStatus, SceneError> {
+    let (mut low, mut high) = (own.min(0.5 * largest), largest);
+    if about.stability_limit.is_finite() {
+        let mut simulation = with_step(scene, integrator, own, stop)?;
+        let Ok(limit) = simulation.stability_limit(scene.time.duration) else { return Ok(None) };
+        (found.predicted, found.doubles_at) =
+            (predicted(&limit), limit.grows_at_any_step.then_some(limit.step));
+        if limit.step.is_finite() {
+            (low, high) = (0.5 * limit.step, 2.0 * limit.step);
+        }
+    }
+    let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
+    let trial = |step: f64| -> Result<Option<AttemptStatus>, SceneError> {
+        let status = attempt(&mut with_step(scene, integrator, step, stop)?, steps);
+        // A trial that was stopped has no outcome.
+        Ok((!stop.load(Ordering::Relaxed)).then_some(status))
+    };
+    found.cut_short = !search(&mut found, low, high, trial)?;
+    Ok(Some(found))
+}
+
+/// Brackets the largest step that works between `low` and `high` [s], of which the lower end is reduced
+/// until a step works, and bisects. Returns false if a trial had no outcome.
+fn search(
+    found: &mut MeasuredLimit,
+    mut low: f64,
+    mut high: f64,
+    trial: impl Fn(f64) -> Result<Option<AttemptStatus>, SceneError>,
+) -> Result<bool, SceneError> {
+    let smallest = SMALLEST * high;
+    let works = |found: &mut MeasuredLimit, step: f64| -> Result<Option<bool>, SceneError> {
         found.trials += 1;
-        Ok(attempt(&mut with_step(scene, integrator, step, stop)?, steps))
+        let Some(status) = trial(step)? else { return Ok(None) };
+        match status {
+            AttemptStatus::Ok => found.measured = step,
+            status => found.above = Some(status),
+        }
+        Ok(Some(status == AttemptStatus::Ok))
     };
-    let (mut low, mut high, mut above);
-    if limit.step.is_finite() {
-        high = 2.0 * limit.step;
-        above = trial(high)?;
-        low = 0.5 * limit.step;
-    } else {
-        high = largest;
-        above = trial(high)?;
-        low = nominal_step(scene).min(0.5 * largest);
-    }
-    if above == AttemptStatus::Ok {
-        found.measured = high;
-        return Ok(Some(found));
-    }
-    // Reduces the lower end until a step works.
     loop {
-        let status = trial(low)?;
-        if is_stopped() {
-            return Ok(None);
+        match works(found, low)? {
+            None => return Ok(false),
+            Some(true) => break,
+            Some(false) => (high, low) = (low, 0.25 * low),
         }
-        if status == AttemptStatus::Ok {
-            break;
+        if low < smallest {
+            return Ok(true);
         }
-        (high, above) = (low, status);
-        low *= 0.25;
-        if low < 1e-6 * limit.step.min(largest) {
-            found.above = Some(above);
-            return Ok(Some(found));
+    }
+    if found.above.is_none() {
+        match works(found, high)? {
+            None => return Ok(false),
+            Some(true) => return Ok(true),
+            Some(false) => {}
         }
     }
     while high - low > ACCURACY * high {
         // Geometric mean while the ends are far apart.
         let middle = if high > 2.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
-        let status = trial(middle)?;
-        if is_stopped() {
-            return Ok(None);
-        }
-        match status {
-            AttemptStatus::Ok => low = middle,
-            status => (high, above) = (middle, status),
+        match works(found, middle)? {
+            None => return Ok(false),
+            Some(true) => low = middle,
+            Some(false) => high = middle,
         }
     }
-    (found.measured, found.above) = (low, Some(above));
-    Ok(Some(found))
+    Ok(true)
 }
 
 /// Predicted limit [s]; 0 for an integrator that gains energy at any step, `None` if any step is stable.

@@ -73,14 +73,16 @@ pub struct Map {
 }
 
 impl Map {
+    /// True if this step failed although it is not above the predicted limit.
+    pub fn fails_early(&self, row: usize, column: usize) -> bool {
+        let below = self.predicted[row].is_some_and(|limit| self.steps[column] <= limit);
+        below && self.status[row][column] != AttemptStatus::Ok
+    }
+
     /// Number of failures below the predicted limit.
     pub fn failed_below_limit(&self) -> usize {
-        let failed = |(row, predicted): (&Vec<AttemptStatus>, &Option<f64>)| {
-            let below = |step: &f64| predicted.is_some_and(|limit| *step <= limit);
-            let cells = row.iter().zip(&self.steps);
-            cells.filter(|(status, step)| **status != AttemptStatus::Ok && below(step)).count()
-        };
-        self.status.iter().zip(&self.predicted).map(failed).sum()
+        let rows = 0..self.values.len();
+        rows.map(|row| (0..self.steps.len()).filter(|column| self.fails_early(row, *column)).count()).sum()
     }
 }
 
@@ -89,7 +91,6 @@ impl Map {
 ///
 /// # Errors
 /// The mistakes in the scene, or a quantity that it does not have.
-/// The mistakes in the scene, or that nothing in it can be varied so.
 pub fn map(
     source: &Source,
     integrator: IntegratorSpec,

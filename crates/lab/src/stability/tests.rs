@@ -43,11 +43,71 @@ fn measured_limits_of_a_linear_body_are_those_predicted() {
 // Statics has no stability limit, for which a survey would search for minutes.
 #[test]
 fn a_quasi_static_scene_is_refused() {
-    let source = Source::new("test", text("quasi-static", 0.1));
-    let options = SurveyOptions { integrators: vec![], against: None, quick: true };
-    let error = StabilitySurvey::of(&source, &options, &Arc::default(), &mut |_, _| {}).unwrap_err();
-    assert!(matches!(error, SurveyError::Static), "{error}");
-    assert!(error.to_string().contains("adaptive = {}"), "{error}");
+    let quasi_static = text("quasi-static", 0.1);
+    let solver = quasi_static.replace("time = {", "time = { solver = { retries = 2 },");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/lees_frame_2d.toml");
+    let arc_length = std::fs::read_to_string(path).unwrap();
+    // The remedy is one that the scene accepts.
+    for (text, remedy) in [
+        (quasi_static, "add `--set time.integrator=velocity-verlet`"),
+        (solver, "add `--set time.integrator=implicit-euler`"),
+        (arc_length, "remove `arc_length`"),
+    ] {
+        let options = SurveyOptions { quick: true, ..SurveyOptions::default() };
+        let source = Source::new("test", text);
+        let error = StabilitySurvey::of(&source, &options, &Arc::default(), &mut |_| {}).unwrap_err();
+        let said = error.to_string();
+        assert!(matches!(error, SurveyError::Static { .. }) && said.contains(remedy), "{said}");
+        assert!(said.contains("adaptive = {}"), "{said}");
+    }
+}
+
+// A budget bounds every search; what it does not reach is named, in the order of the survey.
+#[test]
+fn a_survey_keeps_its_budget_and_names_what_it_did_not_reach() {
+    let source = Source::new("test", text("velocity-verlet", 1e-3));
+    let integrators = ["velocity-verlet", "implicit-euler"].map(str::to_owned).to_vec();
+    let of = |budget: f64| {
+        let options = SurveyOptions {
+            integrators: integrators.clone(),
+            quick: true,
+            budget: Some(budget),
+            ..SurveyOptions::default()
+        };
+        let mut seen = 0;
+        let found = StabilitySurvey::of(&source, &options, &Arc::default(), &mut |_| seen += 1).unwrap();
+        assert!(found.complete && seen == 2, "{seen}");
+        assert_eq!((found.own_integrator, found.own_step), ("velocity-verlet", Some(1e-3)));
+        found
+    };
+    let none = of(1e-9);
+    assert_eq!(none.not_reached, ["velocity-verlet", "implicit-euler", "map"]);
+    assert!(none.limits.is_empty() && none.drifts.is_empty() && none.map.is_none(), "{none:?}");
+    let all = of(1e6);
+    assert!(all.not_reached.is_empty() && all.map.is_some(), "{:?}", all.not_reached);
+    assert!(all.limits.iter().all(|limit| !limit.cut_short && all.drift_of(&limit.integrator).is_some()));
+}
+
+// The first integrator is the one that a verdict is about.
+#[test]
+fn an_integrator_without_a_fixed_step_is_replaced_by_verlet() {
+    let text = text("ias15", 1e-3).replace(", step = 0.001", ", adaptive = {}");
+    let options = SurveyOptions { budget: Some(1e-9), ..SurveyOptions::default() };
+    let source = Source::new("test", text);
+    let found = StabilitySurvey::of(&source, &options, &Arc::default(), &mut |_| {}).unwrap();
+    assert_eq!((found.own_integrator, found.own_step), ("ias15", None));
+    assert_eq!(found.not_reached[0], "velocity-verlet");
+    assert!(!found.not_reached.contains(&"ias15".to_owned()), "{:?}", found.not_reached);
+}
+
+// A search that is stopped keeps what it has: the prediction of an implicit integrator.
+#[test]
+fn a_search_that_is_stopped_is_cut_short() {
+    let stopped = Arc::new(AtomicBool::new(true));
+    let found = measure_limit(&scene("rk4", 1e-3), spec("implicit-euler"), 1.0, &stopped).unwrap().unwrap();
+    assert_eq!((found.predicted, found.measured, found.above), (None, 0.0, None));
+    assert!(found.cut_short, "{found:?}");
+    assert_eq!(measure_limit(&scene("rk4", 1e-3), spec("rk4"), 1.0, &stopped).unwrap(), None);
 }
 
 #[test]
@@ -70,6 +130,7 @@ fn steps_that_fail_below_their_limit_are_counted() {
         status: vec![vec![Ok, Diverged, Diverged], vec![Diverged; 3], vec![Ok, Ok, Diverged]],
     };
     assert_eq!(map.failed_below_limit(), 1);
+    assert!(map.fails_early(0, 1) && !map.fails_early(0, 0) && !map.fails_early(0, 2));
 }
 
 // A1: spectral radii at h omega = 1, 10, 1000.

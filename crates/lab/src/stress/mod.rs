@@ -21,11 +21,17 @@ use std::time::{Duration, Instant};
 use limits::Limits;
 use pliant::diagnostics::Diagnostics;
 use pliant::quantity::counted;
+use pliant::simulation::StepError;
 use pliant::solver::LinearSolver;
 
 pub use limits::{Progress, run_all};
 pub use scene::scene_cases;
 pub use starts::Start;
+
+/// Kind of the note on a step that failed with an error.
+const REPORTED: &str = "reported";
+/// Kind of the note on an explicit step above its stability limit.
+pub const ABOVE_LIMIT: &str = "above the limit";
 
 /// Outcome of a case.
 #[derive(
@@ -49,6 +55,14 @@ pub enum CaseVerdict {
     Flagged,
     /// Something that was asked for is missing.
     Fail,
+}
+
+impl CaseVerdict {
+    /// Meaning of the verdicts, for the suite and for a scene: as a sentence.
+    pub const MEANING: &str = "Pass: all that was asked for. Flagged: allowed, but a user must be told, such \
+                               as inverted elements, an equilibrium away from rest, a state that the \
+                               material does not have, a step above the stability limit of a scene that \
+                               allows it, or a run cut short. Fail: something that was asked for is missing.";
 }
 
 impl std::fmt::Display for CaseVerdict {
@@ -164,6 +178,17 @@ impl CaseResult {
         }
     }
 
+    /// Notes a failed step: flagged if it is `allowed`, else failed.
+    pub(crate) fn note_error(&mut self, told: &dyn std::fmt::Display, allowed: bool) {
+        let verdict = if allowed { CaseVerdict::Flagged } else { CaseVerdict::Fail };
+        self.note(verdict, format!("{REPORTED}: {told}"));
+    }
+
+    /// Kind of the most important note: its text before the colon.
+    pub fn reason(&self) -> Option<&str> {
+        Some(self.notes.first()?.split_once(':')?.0)
+    }
+
     /// Compares the number of iterations with its limit.
     pub(crate) fn count(&mut self, iterations: u64, bar: Option<u64>) {
         (self.iterations, self.bar) = (Some(iterations), bar);
@@ -183,6 +208,11 @@ impl CaseResult {
             false => format!("{what}: off by more than any number, may be {tolerance:.1e}"),
         });
     }
+}
+
+/// True if the material has no state such as the start.
+fn is_outside(error: &StepError) -> bool {
+    matches!(error, StepError::NotFinite { step: 1, fault: Some(_), .. })
 }
 
 /// One case of the suite.

@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::advice::nearest_step;
 use super::limits::Limits;
-use super::{Case, CaseFilter, CaseResult, CaseVerdict, Start, scenes};
+use super::{ABOVE_LIMIT, Case, CaseFilter, CaseResult, CaseVerdict, REPORTED, Start, is_outside, scenes};
 use pliant::deadline::until;
 use pliant::integrator::IntegratorSpec;
 use pliant::material::{Isotropic, MaterialSpec};
+use pliant::quantity::{Rounded, Seconds};
 use pliant::run::{energy_growth, energy_scale};
 use pliant::simulation::StepError;
 use pliant::solver::LinearSolver;
@@ -20,9 +21,10 @@ const IMPLICIT_STEPS: u64 = 20;
 const EXPLICIT_STEPS: u64 = 200;
 /// Largest growth of the energy, relative to its scale at the start.
 const GROWTH: f64 = 10.0;
-/// Step of an explicit integrator as a fraction of its stability limit, if the scene's step does not
-/// apply.
+/// Largest step of an explicit integrator, as a fraction of its stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
+/// Largest step from a [`Start`], whose large motion leads to stiffer states.
+const PART_AFTER_START: f64 = 0.5;
 
 /// Perturbation of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,8 +60,9 @@ impl Perturbation {
 }
 
 /// Cases of a scene: all perturbations, with its own integrator and robust ones, or the chosen
-/// integrators; implicit Euler with every linear solver. Implicit integrators use the scene's step,
-/// explicit ones their own stable step if it is smaller; the results state it.
+/// integrators; then implicit Euler with every other linear solver. Implicit integrators use the scene's
+/// step, explicit ones a step below their own stability limit if that is smaller; the results state it.
+/// The scene as it is keeps its step, even above the limit.
 ///
 /// # Errors
 /// The mistakes in the scene, or an unknown integrator.
@@ -89,7 +92,8 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
     }
     // A scene that cannot be assembled is reported at once.
     scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
-    let mut cases = vec![];
+    // Other linear solvers come last, so that a budget reaches every integrator.
+    let (mut cases, mut others) = (vec![], vec![]);
     for perturbation in Perturbation::all() {
         let Some(scene) = altered(source, perturbation)? else { continue };
         for integrator in &integrators {
@@ -101,7 +105,7 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
             } else {
                 &[LinearSolver::Auto]
             };
-            for solver in solvers {
+            for (i, solver) in solvers.iter().enumerate() {
                 let longer = if perturbation == Perturbation::Step { 100.0 } else { 1.0 };
                 let trial = Trial {
                     step: longer * crate::stability::nominal_step(&scene),
@@ -109,11 +113,13 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
                     perturbation,
                     integrator: *integrator,
                     solver: *solver,
+                    limit: None,
                 };
-                cases.push(trial.case());
+                if i == 0 { cases.push(trial.case()) } else { others.push(trial.case()) }
             }
         }
     }
+    cases.append(&mut others);
     Ok(cases)
 }
 
@@ -156,6 +162,8 @@ struct Trial {
     solver: LinearSolver,
     /// Step size [s].
     step: f64,
+    /// Stability limit, if the step is above it [s].
+    limit: Option<f64>,
 }
 
 impl Trial {
@@ -192,15 +200,11 @@ impl Trial {
                 (trial, findings)
             },
         );
-        let reported =
-            findings.verdict == CaseVerdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
-        if reported && !findings.cut_short {
+        let wrong = findings.verdict == CaseVerdict::Fail || trial.limit.is_some();
+        if (wrong || findings.reason() == Some(REPORTED)) && !findings.cut_short {
             findings.advice = until(|| limits.are_over(), |stop| trial.advice(self.step, stop));
-            if limits.are_over() {
-                let and_so_far =
-                    findings.advice.take().map_or_else(String::new, |advice| format!("{advice}; "));
-                findings.advice =
-                    Some(format!("{and_so_far}the time was over before all was tried that could"));
+            if let Some(advice) = findings.advice.as_mut().filter(|_| limits.are_over()) {
+                *advice += "; the time was over before all was tried that could";
             }
         }
         findings
@@ -230,21 +234,35 @@ impl Trial {
     }
 
     /// Trial with a step that its integrator can take: an explicit integrator uses a fraction of its
-    /// stability limit at the start, if that is smaller. The scene's integrator keeps the scene's step,
-    /// unless the perturbation changed the limit.
+    /// stability limit, if that is smaller. The scene as it is keeps its step, which is then compared with
+    /// the limit.
     fn at_own_step(&self, stop: &Arc<AtomicBool>) -> Trial {
-        let is_own = self.integrator == self.scene.time.integrator;
-        let keeps_limit = matches!(self.perturbation, Perturbation::AsItIs | Perturbation::Start(_));
         let mut trial = self.clone();
-        if self.is_implicit() || is_own && keeps_limit {
+        if self.is_implicit() {
             return trial;
         }
-        let limit = self.assemble(stop).ok().and_then(|mut assembly| {
-            let limit = assembly.simulation.stability_limit(self.scene.time.duration).ok()?;
-            Some(PART_OF_LIMIT * limit.step)
-        });
-        if let Some(limit) = limit.filter(|limit| limit.is_finite() && *limit > 0.0) {
-            trial.step = self.step.min(limit);
+        let limit = |trial: &Trial| {
+            let mut assembly = trial.assemble(stop).ok()?;
+            let limit = assembly.simulation.stability_limit(self.scene.time.duration).ok()?.step;
+            Some(limit).filter(|limit| limit.is_finite() && *limit > 0.0)
+        };
+        // A body that starts out of shape goes through its usual, stiffer shape.
+        let limits = match self.perturbation {
+            Perturbation::Start(_) => {
+                let usual = Trial { perturbation: Perturbation::AsItIs, ..self.clone() };
+                [limit(self), limit(&usual)]
+            }
+            _ => [limit(self), None],
+        };
+        let Some(limit) = limits.into_iter().flatten().reduce(f64::min) else { return trial };
+        let part = match self.perturbation {
+            Perturbation::Start(_) => PART_AFTER_START,
+            _ => PART_OF_LIMIT,
+        };
+        if self.integrator == self.scene.time.integrator && self.perturbation == Perturbation::AsItIs {
+            trial.limit = Some(limit).filter(|limit| self.step > *limit);
+        } else {
+            trial.step = self.step.min(part * limit);
         }
         trial
     }
@@ -276,11 +294,13 @@ impl Trial {
                 break;
             }
             if let Some(Err(error)) = taken {
-                // A material without such states reports them.
-                let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
-                let flagged = outside && matches!(self.perturbation, Perturbation::Start(_));
-                let verdict = if flagged { CaseVerdict::Flagged } else { CaseVerdict::Fail };
-                findings.note(verdict, format!("reported: {error}"));
+                match self.limit {
+                    Some(limit) => self.note_above(&mut findings, limit, step),
+                    None => {
+                        let is_start = matches!(self.perturbation, Perturbation::Start(_));
+                        findings.note_error(&cause(&error), is_start && is_outside(&error));
+                    }
+                }
                 break;
             }
             most = most.max(scenes::iterations(simulation) - before);
@@ -288,19 +308,26 @@ impl Trial {
             let now = simulation.diagnostics();
             let grown = energy_growth(simulation, &start, &now, scale);
             if grown.is_nan() || grown > GROWTH {
-                let told = match grown.is_finite() {
-                    true => format!("the energy has grown {grown:.1e} times"),
-                    false => "the energy is beyond all numbers".into(),
-                };
-                findings.note(CaseVerdict::Fail, format!("unstable: at step {step} {told}"));
+                match self.limit {
+                    Some(limit) => self.note_above(&mut findings, limit, step),
+                    None => findings.note(CaseVerdict::Fail, unstable(step, grown)),
+                }
                 break;
             }
+        }
+        if let Some(limit) = self.limit.filter(|_| findings.notes.is_empty()) {
+            let told = format!("the largest stable step is {}; not noticed in {steps} steps", Seconds(limit));
+            findings.note(CaseVerdict::Flagged, format!("{ABOVE_LIMIT}: {told}"));
         }
         if self.is_implicit() {
             findings.count(most, None);
         }
         let end = simulation.diagnostics();
-        findings.note_inversion(&end);
+        if findings.cut_short {
+            findings.min_j = end.min_j;
+        } else {
+            findings.note_inversion(&end);
+        }
         if start.total > 0.0 {
             findings.energy_ratio = Some(end.total / start.total);
         }
@@ -308,17 +335,27 @@ impl Trial {
         findings
     }
 
+    /// Notes that a step above the limit was detected: physics where the scene allows such steps.
+    fn note_above(&self, findings: &mut CaseResult, limit: f64, step: u64) {
+        let allowed = self.scene.time.allow_unstable;
+        let verdict = if allowed { CaseVerdict::Flagged } else { CaseVerdict::Fail };
+        let expected = if allowed { ", as expected" } else { "" };
+        let told =
+            format!("the largest stable step is {}; detected at step {step}{expected}", Seconds(limit));
+        findings.note(verdict, format!("{ABOVE_LIMIT}: {told}"));
+    }
+
     /// Changes that would have worked, one at a time: the nearest step, a material, a solver, implicit
     /// Euler with the scene's step `scene_step` [s].
     fn advice(&self, scene_step: f64, stop: &Arc<AtomicBool>) -> Option<String> {
         let works = |trial: &Trial| {
-            let findings = trial.attempt(stop);
-            let stood = !findings.notes.first().is_some_and(|note| note.starts_with("reported"));
+            let findings = Trial { limit: None, ..trial.clone() }.attempt(stop);
+            let stood = findings.reason() != Some(REPORTED);
             !findings.cut_short && findings.verdict != CaseVerdict::Fail && stood
         };
         let mut advice = vec![];
         if let Some(step) = nearest_step(self.step, |step| works(&Trial { step, ..self.clone() })) {
-            advice.push(format!("a step of {step:.3e} s"));
+            advice.push(format!("a step of {}", Seconds(step)));
         }
         let models: [(&str, Model); 2] = [
             ("stable-neo-hookean", MaterialSpec::StableNeoHookean),
@@ -361,6 +398,25 @@ impl Trial {
         }
         replaced.then_some(other)
     }
+}
+
+/// Cause of a failed step without the advice of the error, which is tried and given separately.
+fn cause(error: &StepError) -> String {
+    let fault = error.fault().map_or_else(String::new, |fault| format!(", {fault}"));
+    match error {
+        StepError::Unsolved { step, verdict, .. } => format!("step {step} was not solved: {verdict}{fault}"),
+        StepError::NotFinite { step, .. } => format!("step {step} has no finite force or position{fault}"),
+        error => error.to_string(),
+    }
+}
+
+/// Note on energy that grew beyond any physical cause.
+fn unstable(step: u64, grown: f64) -> String {
+    let told = match grown.is_finite() {
+        true => format!("has grown {} times", Rounded::<3>(grown)),
+        false => "is beyond all numbers".into(),
+    };
+    format!("unstable: the energy {told} at step {step}")
 }
 
 /// Young's modulus and Poisson's ratio at small strains.

@@ -1,6 +1,7 @@
 //! Scenes of the suite, and their measurements.
 
 use super::{CaseResult, CaseVerdict, Picture, Start};
+use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 use pliant::topology::Topology;
 use pliant_scene::assembly::{Assembly, UnstableStep};
@@ -213,7 +214,8 @@ pub(super) fn name_end(findings: &mut CaseResult, simulation: &mut Simulation, e
         findings.note(
             CaseVerdict::Flagged,
             format!(
-                "{what}: an equilibrium away from rest, energy {energy_density:.2e} E V, least J {min_j:.3}"
+                "{what}: an equilibrium away from rest, energy {} E V, least J {min_j:.3}",
+                Rounded::<3>(energy_density)
             ),
         );
     }

@@ -141,15 +141,23 @@ fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
 fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     let cases = scene(BLOCK, &["velocity-verlet"], &[]);
     let findings = find(&cases, "as it is").run();
-    assert_eq!(findings.verdict, CaseVerdict::Fail, "{findings:?}");
+    assert_eq!((findings.verdict, findings.reason()), (CaseVerdict::Flagged, Some(ABOVE_LIMIT)));
+    assert!(findings.notes[0].ends_with(", as expected"), "{findings:?}");
     let advice = findings.advice.unwrap();
-    let step: f64 = advice.split("a step of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let step = advice.split("a step of ").nth(1).unwrap().split(',').next().unwrap();
+    let step = pliant::quantity::Kind::TIME.parse(step).unwrap();
     let scene = pliant_scene::Scene::from_toml(BLOCK).unwrap();
     let verlet = pliant::integrator::IntegratorSpec::VelocityVerlet;
     let limit =
         crate::stability::measure_limit(&scene, verlet, 1.0, &Default::default()).unwrap().unwrap().measured;
     assert!((0.85..1.15).contains(&(step / limit)), "{advice}; the limit is {limit:e} s");
     assert!(advice.contains("implicit-euler"), "{advice}");
+    // Without leave such a step is a mistake.
+    let strict = self::scene(&BLOCK.replace(", allow_unstable = true", ""), &["velocity-verlet"], &[]);
+    let findings = find(&strict, "as it is").run();
+    assert_eq!((findings.verdict, findings.reason()), (CaseVerdict::Fail, Some(ABOVE_LIMIT)));
+    // From another start every explicit integrator goes below its limit.
+    assert!(find(&strict, "stretch").run().step_size.is_some_and(|step| step < limit));
     let inverted = self::scene(BLOCK, &["implicit-euler"], &[]);
     let findings = find(&inverted, "inverted").run();
     assert!(findings.notes[0].starts_with("reported"), "{findings:?}");

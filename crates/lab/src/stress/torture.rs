@@ -3,9 +3,10 @@
 
 use super::advice::nearest_step;
 use super::scenes::{self, Solid};
-use super::{Case, CaseFilter, CaseResult, CaseVerdict, Start};
+use super::{Case, CaseFilter, CaseResult, CaseVerdict, REPORTED, Start, is_outside};
 use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
+use pliant::quantity::Seconds;
 use pliant::simulation::StepError;
 use pliant::solver::{LinearSolver, SolveFailure as Solved};
 
@@ -172,7 +173,7 @@ impl TortureCell {
 
     fn run(&self) -> CaseResult {
         let mut findings = self.attempt(STEP);
-        if findings.notes.first().is_some_and(|note| note.starts_with("reported")) {
+        if findings.reason() == Some(REPORTED) {
             findings.advice = self.advice();
         }
         findings
@@ -185,7 +186,7 @@ impl TortureCell {
         let is_static = self.integrator == IntegratorSpec::QuasiStatic;
         let step = if is_static { None } else { nearest_step(STEP, |step| works(self, step)) };
         let mut advice: Vec<String> =
-            step.map(|step| format!("a step of {step:.2e} s")).into_iter().collect();
+            step.map(|step| format!("a step of {}", Seconds(step))).into_iter().collect();
         let material = "stable-neo-hookean";
         if self.material != material && works(&TortureCell { material, ..self.clone() }, STEP) {
             advice.push(format!("the material {material}"));
@@ -282,11 +283,9 @@ impl TortureCell {
     fn failed(&self, findings: &mut CaseResult, error: &StepError) {
         let nobody = self.known.is_none_or(|known| known == 0);
         let capped = matches!(error, StepError::Unsolved { verdict: Solved::IterationCap, .. });
-        let outside = matches!(error, StepError::NotFinite { fault: Some(_), .. });
-        let verdict = if outside || nobody && capped { CaseVerdict::Flagged } else { CaseVerdict::Fail };
         if let StepError::Unsolved { iterations, .. } = error {
             findings.iterations = Some(u64::from(*iterations));
         }
-        findings.note(verdict, format!("reported: {error}"));
+        findings.note_error(error, is_outside(error) || nobody && capped);
     }
 }

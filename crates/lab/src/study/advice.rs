@@ -3,7 +3,7 @@
 use super::reference::Reference;
 use super::row::Row;
 use super::sweep::ADAPTIVE;
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, Seconds};
 
 /// Pareto-optimal rows: no other row has both a smaller error and a shorter time; the fastest first.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
@@ -113,14 +113,8 @@ fn percent(error: f64) -> String {
 }
 
 /// Time with three digits, in a suitable unit.
-pub fn seconds(t: f64) -> String {
-    let (value, unit) = match t.abs() {
-        t if t >= 1.0 || t == 0.0 => (t, "s"),
-        t if t >= 1e-3 => (1e3 * t, "ms"),
-        t if t >= 1e-6 => (1e6 * t, "us"),
-        t => (1e9 * t, "ns"),
-    };
-    format!("{} {unit}", number(value))
+pub(super) fn seconds(t: f64) -> String {
+    Seconds(t).to_string()
 }
 
 /// Number with three significant digits.

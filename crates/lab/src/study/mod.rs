@@ -53,7 +53,7 @@ mod tests;
 mod timing;
 mod trajectory;
 
-pub use advice::{cheapest, front, seconds, toml, words};
+pub use advice::{cheapest, front, toml, words};
 pub use clock::{Clock, WallClock};
 pub use errors::{ErrorScales, Errors, TimeError};
 pub use machine::Provenance;

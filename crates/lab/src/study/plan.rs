@@ -108,8 +108,8 @@ impl StudyPlan {
         let spec = scene.study.clone().unwrap_or_default();
         let path = KeyPath::root().key("study").key("vary");
         let axes = spec.vary.iter().enumerate().map(|(index, text)| {
-            text.parse::<VariedKey>()
-                .map_err(|error| vec![Problem::semantic(path.index(index), error.to_string())])
+            let axis = text.parse::<VariedKey>().map_err(|error| error.to_string());
+            axis.and_then(comparable).map_err(|told| vec![Problem::semantic(path.index(index), told)])
         });
         let usual =
             || IntegratorSpec::ALL.iter().filter(|spec| USUAL.contains(&spec.method().documentation.name));
@@ -140,6 +140,21 @@ impl StudyPlan {
     /// Budget as a duration, for display.
     pub fn budget(&self) -> Option<Duration> {
         self.budget.map(Duration::from_secs_f64)
+    }
+}
+
+/// Axis of `vary`, unless it varies what a study compares anyway: every row sets these keys.
+fn comparable(axis: VariedKey) -> Result<VariedKey, String> {
+    let compared =
+        [("time.integrator", "integrators"), ("time.step", "steps"), ("time.adaptive", "tolerances")];
+    let is_of =
+        |key: &str| axis.path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    match compared.into_iter().find(|(key, _)| is_of(key)) {
+        None => Ok(axis),
+        Some((key, list)) => Err(format!(
+            "`{key}` is what a study compares, not what it varies: list the values by `--{list}`, or by \
+             `{list}` in [study]"
+        )),
     }
 }
 

@@ -631,6 +631,7 @@ class Stability(Table):
                 "young": "times the stiffness",
                 "poisson": "Poisson's ratio",
                 "density": "times the density of the first body",
+                "gravity": "times the mutual gravity",
             }
             axes.set(
                 xlabel="step [s]",

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
+use pliant::quantity::Seconds;
 use pliant_lab::budget::{BudgetError, BudgetEvent, ErrorBudget, ErrorPart, QuantityBudget, error_budget};
 use pliant_lab::quantity::{NoQuantity, QuantityOfInterest};
-use pliant_lab::study::seconds;
 use pliant_scene::Source;
 use pliant_scene::assembly::Assembly;
 
@@ -49,7 +49,7 @@ pub(super) fn estimated(
     let mut begun = |event| match event {
         BudgetEvent::Planned { runs, seconds: expected } if expected > SILENT => {
             let runs = counted(runs as u64, "run", "runs");
-            terminal.note(&format!("errors: {runs} more, about {}", seconds(expected)));
+            terminal.note(&format!("errors: {runs} more, about {}", Seconds(expected)));
         }
         BudgetEvent::Begun(run) if terminal.verbose => {
             terminal.note(&format!("run {run} for the errors"));

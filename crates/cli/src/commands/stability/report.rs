@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use pliant_lab::stability::{Against, AttemptStatus, Map, StabilitySurvey};
+use pliant::quantity::Seconds;
+use pliant_lab::stability::{Against, AttemptStatus, Map, MeasuredLimit, StabilitySurvey};
 use pliant_lab::study::page::{Look, Page, TableCell};
 use pliant_lab::study::plot::{AxisSpec, CellState, Chart, HeatMap, Line, Point};
 use pliant_scene::RefusedScheme;
@@ -10,105 +11,281 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::output::{self, csv_line};
-use crate::text::{counted, number, table, wrap};
+use crate::text::{compared, counted, entry, number, percent, table, wrap};
+
+/// Columns of an answer on a terminal.
+const ANSWER_WIDTH: usize = 80;
+
+/// Blank between a name, a number and its unit, where no line ends.
+const GLUE: &str = "\u{1}";
 
 /// Columns of the table of limits.
 const HEADER: [&str; 8] =
-    ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
+    ["", "predicted", "measured", "ratio", "above it", "at step", "drift [1/s]", "amplitude"];
 
 /// Meaning of the columns.
-const ABOUT: &str = "Predicted is the limit of the scene linearised at its start, by what a step does to an \
-                     oscillator; measured the largest step with which 1000 steps (100 of an implicit \
-                     scheme) could be taken. Drift is the slope of the energy, amplitude what oscillates \
-                     about it, both over the energy that there is.";
+const ABOUT: &str = "Predicted is the limit of the scene linearised at its start; measured is the largest \
+                     step with which 1000 steps were taken, 100 of an implicit integrator. Drift is the \
+                     slope of the energy at the step beside it, amplitude the oscillation about that slope, \
+                     both relative to the energy scale of the scene.";
 
-/// A limit that is predicted, in the words of `pliant list`.
-fn predicted_limit(limit: Option<f64>) -> String {
-    match limit {
-        None => "any".into(),
-        Some(0.0) => "none".into(),
-        Some(step) => number(step),
+/// Note on scenes with walls.
+const ABOUT_WALLS: &str = "Walls are part of no prediction: they put vertices back after each step, which \
+                           can add energy at any step.";
+
+/// Failure above a limit, as a clause.
+fn failure(status: AttemptStatus) -> &'static str {
+    match status {
+        AttemptStatus::Unsolved => "Newton's method fails",
+        _ => "the energy diverges",
     }
 }
 
-/// What a reader of the table has to know of this scene.
-fn remarks(found: &StabilitySurvey) -> Vec<String> {
+/// Largest step of an integrator that the search found, if it ended with a failure above it.
+fn measured(limit: &MeasuredLimit) -> Option<f64> {
+    (limit.measured > 0.0 && limit.above.is_some() && !limit.cut_short).then_some(limit.measured)
+}
+
+/// One line for each integrator that is done.
+pub(super) fn progress(limit: &MeasuredLimit) -> String {
+    format!(
+        "{}: predicted {}, measured {}",
+        limit.integrator,
+        predicted_cell(limit.predicted),
+        measured_cell(limit)
+    )
+}
+
+/// The scene's own step next to the largest stable one of the first integrator.
+fn verdict(found: &StabilitySurvey) -> String {
+    let Some(limit) = found.limits.first() else {
+        return "no limit was found in the time there was: give more by --budget".into();
+    };
+    let name = &limit.integrator;
+    let own = found.own_step.map(|step| format!("your step, {},", Seconds(step)));
+    let own = own.as_deref().unwrap_or("your step, which is adaptive,");
+    if let Some(doubles) = limit.doubles_at {
+        let times = found.own_step.map_or_else(String::new, |step| {
+            format!("; your step, {}, is {} that", Seconds(step), compared(step / doubles))
+        });
+        return format!(
+            "no step is stable ({name}): in steps of {} the fastest motion doubles by the end{times}",
+            Seconds(doubles)
+        );
+    }
+    let largest = measured(limit).or(limit.predicted);
+    match (largest, limit.above) {
+        (Some(largest), above) => {
+            let kind = if above == Some(AttemptStatus::Unsolved) { "solvable" } else { "stable" };
+            match found.own_step {
+                Some(step) => {
+                    let ratio = compared(step / largest);
+                    format!("{own} is {ratio} the largest {kind} one, {} ({name})", Seconds(largest))
+                }
+                None => {
+                    format!("the largest {kind} step is {} ({name}); yours are adaptive", Seconds(largest))
+                }
+            }
+        }
+        (None, Some(above)) if limit.measured == 0.0 => {
+            format!("{own} fails ({name}): {}, also in the smaller ones tried", failure(above))
+        }
+        (None, _) if limit.cut_short && found.own_step.is_some_and(|own| limit.measured == own) => {
+            format!("{own} is stable ({name}); no trial of a larger one ended in the time there was")
+        }
+        (None, _) if limit.measured > 0.0 => {
+            let first = if found.own_step.is_some() { own } else { "every step" };
+            let more = if found.own_step.is_some() { ", and so are larger ones" } else { "" };
+            format!("{first} is stable{more} up to {} ({name})", Seconds(limit.measured))
+        }
+        (None, _) => {
+            format!("{own} is stable for small motion ({name}); no trial ended in the time there was")
+        }
+    }
+}
+
+/// What the verdict is based on.
+fn basis(found: &StabilitySurvey) -> String {
+    let Some(limit) = found.limits.first() else { return String::new() };
+    let mut said = vec![];
+    said.extend(match (measured(limit), limit.doubles_at) {
+        (_, Some(_)) => None,
+        (Some(_), _) => limit.above.map(|above| format!("above it {}", failure(above))),
+        (None, _) if limit.cut_short => Some("the search ended early".to_owned()),
+        (None, _) if limit.above.is_none() => {
+            Some(format!("nothing failed up to {}", Seconds(limit.measured)))
+        }
+        (None, _) => None,
+    });
+    if limit.doubles_at.is_none() {
+        said.push(match limit.predicted {
+            Some(step) => format!("predicted for small motion: {}", Seconds(step)),
+            None => "any step is predicted to be stable".into(),
+        });
+    }
+    said.extend(found.drift_of(&limit.integrator).map(|drift| match drift.status {
+        AttemptStatus::Ok => format!(
+            "energy in steps of {}: drift {} a second, oscillation {}",
+            Seconds(drift.step),
+            percent(drift.per_second),
+            percent(drift.amplitude)
+        ),
+        status => format!("in steps of {} {}", Seconds(drift.step), failure(status)),
+    }));
+    said.join("; ")
+}
+
+/// The verdict and its basis.
+pub(super) fn answer(found: &StabilitySurvey, width: usize) -> String {
+    let width = width.min(ANSWER_WIDTH);
+    wrap(&verdict(found), 0, width) + &wrap(&basis(found), 0, width)
+}
+
+/// Other integrators by their largest steps, or the map; what is said after the answer on a terminal.
+pub(super) fn brief(found: &StabilitySurvey, width: usize) -> String {
+    let width = width.min(ANSWER_WIDTH);
+    let mut out = String::from("\n");
+    match &found.map {
+        Some(map) => out += &text_map(map),
+        None => {
+            for (label, text) in others(found) {
+                out += &entry(label, &text, 0, 16, width).replace(GLUE, " ");
+            }
+        }
+    }
+    notes(found).iter().for_each(|note| out += &wrap(note, 0, width));
+    out + "--all prints every integrator and a map of stable steps\n"
+}
+
+/// Integrators after the first, grouped by what limits them.
+fn others(found: &StabilitySurvey) -> Vec<(&'static str, String)> {
+    let others = found.limits.get(1..).unwrap_or_default();
+    let largest = |limit: &MeasuredLimit| measured(limit).or(limit.predicted);
+    let is_unsolved = |limit: &MeasuredLimit| limit.above == Some(AttemptStatus::Unsolved);
+    let steps = |wanted: &dyn Fn(&MeasuredLimit) -> bool| -> Vec<String> {
+        let chosen = others.iter().filter(|limit| limit.doubles_at.is_none() && wanted(limit));
+        let mut steps: Vec<_> = chosen.filter_map(|limit| Some((largest(limit)?, limit))).collect();
+        steps.sort_by(|a, b| b.0.total_cmp(&a.0));
+        steps.iter().map(|(step, limit)| format!("{} {}", limit.integrator, Seconds(*step))).collect()
+    };
+    let names = |wanted: &dyn Fn(&MeasuredLimit) -> bool| -> Vec<String> {
+        others.iter().filter(|limit| wanted(limit)).map(|limit| limit.integrator.clone()).collect()
+    };
+    let is_any = |limit: &MeasuredLimit| largest(limit).is_none();
+    let ended = |limit: &MeasuredLimit| is_any(limit) && limit.above.is_none() && !limit.cut_short;
+    let up_to = others.iter().filter(|limit| ended(limit)).map(|limit| limit.measured).fold(0.0, f64::max);
+    let groups = [
+        ("stable up to", steps(&|limit| !is_unsolved(limit)), String::new()),
+        ("solved up to", steps(&is_unsolved), String::new()),
+        ("any step", names(&ended), format!(", tried up to {}", Seconds(up_to))),
+        ("not finished", names(&|limit| is_any(limit) && !ended(limit)), String::new()),
+        ("no step", names(&|limit| limit.doubles_at.is_some()), ": energy grows at any".into()),
+        ("not reached", found.not_reached.clone(), ": --budget gives more time".into()),
+    ];
+    let some = groups.into_iter().filter(|(_, names, _)| !names.is_empty());
+    let glued = |names: Vec<String>| {
+        let names: Vec<String> = names.iter().map(|name| name.replace(' ', GLUE)).collect();
+        names.join(", ")
+    };
+    some.map(|(label, names, about)| (label, glued(names) + &about)).collect()
+}
+
+/// What a reader has to know of this scene.
+fn notes(found: &StabilitySurvey) -> Vec<String> {
     let mut out = vec![];
-    for limit in &found.limits {
-        out.extend(limit.doubles_at.map(|step| {
-            let step = number(step);
-            format!(
-                "{}: none, it gains energy at any step; at {step} s the fastest motion would double by the \
-                 end.",
-                limit.integrator
-            )
-        }));
+    let surveyed = found.limits.iter().map(|limit| &limit.integrator).chain(&found.not_reached);
+    if surveyed.into_iter().all(|name| name.as_str() != found.own_integrator) {
+        out.push(format!("Not surveyed: {}, the integrator of the scene.", found.own_integrator));
+    }
+    if found.walls > 0 {
+        out.push(ABOUT_WALLS.into());
+    }
+    if !found.refused.is_empty() {
+        let names: Vec<&str> = found.refused.iter().map(|refused| refused.integrator.as_str()).collect();
+        out.push(format!("Left out, because of the contact of the scene: {}.", names.join(", ")));
     }
     let early = found.map.as_ref().map_or(0, Map::failed_below_limit);
     if early > 0 {
         out.push(format!(
-            "{} of the map failed below the limit that is predicted. That limit is of small motion about the \
-             start; there the motion became large.",
+            "{} of the map failed below the predicted limit, which is that of small motion about the start: \
+             the motion became large.",
             counted(early as u64, "step", "steps")
         ));
     }
     out
 }
 
-/// A row for each scheme.
-fn limits(found: &StabilitySurvey) -> Vec<[String; 8]> {
-    let mut rows = vec![];
-    for (limit, drift) in found.limits.iter().zip(&found.drifts) {
-        let predicted = predicted_limit(limit.predicted);
-        let measured = match limit.above {
-            Some(_) => number(limit.measured),
-            None => format!(">= {}", number(limit.measured)),
-        };
-        let ratio = limit
-            .predicted
-            .filter(|_| limit.above.is_some() && limit.doubles_at.is_none())
-            .map_or_else(String::new, |p| format!("{:.3}", limit.measured / p));
-        let ok = drift.status == AttemptStatus::Ok;
-        rows.push([
-            limit.integrator.clone(),
-            predicted,
-            measured,
-            ratio,
-            limit.above.map_or("", AttemptStatus::name).into(),
-            number(drift.step),
-            if ok { number(drift.per_second) } else { drift.status.name().into() },
-            if ok { number(drift.amplitude) } else { String::new() },
-        ]);
+/// Predicted limit in the words of `pliant list`.
+fn predicted_cell(limit: Option<f64>) -> String {
+    match limit {
+        None => "any".into(),
+        Some(0.0) => "none".into(),
+        Some(step) => Seconds(step).to_string(),
     }
-    rows
 }
 
-pub(super) fn describe(found: &StabilitySurvey, width: usize) -> String {
+fn measured_cell(limit: &MeasuredLimit) -> String {
+    match measured(limit) {
+        Some(step) => Seconds(step).to_string(),
+        None if limit.measured > 0.0 => format!(">= {}", Seconds(limit.measured)),
+        None if limit.cut_short => "not reached".into(),
+        None => "none".into(),
+    }
+}
+
+/// A row for each integrator.
+fn limits(found: &StabilitySurvey) -> Vec<[String; 8]> {
+    let row = |limit: &MeasuredLimit| {
+        let ratio = limit.predicted.filter(|_| limit.doubles_at.is_none()).zip(measured(limit));
+        let drift = found.drift_of(&limit.integrator);
+        let ok = drift.filter(|drift| drift.status == AttemptStatus::Ok);
+        [
+            limit.integrator.clone(),
+            predicted_cell(limit.predicted),
+            measured_cell(limit),
+            ratio.map_or_else(String::new, |(predicted, measured)| format!("{:.3}", measured / predicted)),
+            limit.above.map_or("", AttemptStatus::name).into(),
+            drift.map_or_else(String::new, |drift| Seconds(drift.step).to_string()),
+            match (ok, drift) {
+                (Some(ok), _) => number(ok.per_second),
+                (None, drift) => drift.map_or("", |drift| drift.status.name()).into(),
+            },
+            ok.map_or_else(String::new, |ok| number(ok.amplitude)),
+        ]
+    };
+    found.limits.iter().map(row).collect()
+}
+
+/// Everything in rows, after the answer.
+pub(super) fn full(found: &StabilitySurvey, width: usize) -> String {
     let mut rows = vec![HEADER.map(str::to_owned).to_vec()];
     rows.extend(limits(found).into_iter().map(Vec::from));
-    let mut out = table(&rows, 0);
-    out.push('\n');
-    out += &wrap(ABOUT, 0, width);
-    if found.walls > 0 {
-        out += &wrap(
-            "No prediction accounts for walls: vertices are put back after each step, and in an implicit \
-             one, which is solved without them, that can add energy at any size of the step.",
-            0,
-            width,
-        );
-    }
-    for RefusedScheme { integrator, reason } in &found.refused {
-        out += &wrap(&format!("Left out: {integrator}: {reason}."), 0, width);
-    }
+    let mut out = format!("\n{}\n{}", table(&rows, 0), wrap(ABOUT, 0, width));
     if let Some(map) = &found.map {
         out.push('\n');
         out += &text_map(map);
     }
-    for remark in remarks(found) {
+    out.push('\n');
+    for remark in remarks(found).into_iter().chain(notes(found)) {
         out += &wrap(&remark, 0, width);
     }
-    out.push('\n');
-    out + &format!("{}\n", agreement(found))
+    out + &wrap(&agreement(found), 0, width)
+}
+
+/// Details of single integrators.
+fn remarks(found: &StabilitySurvey) -> Vec<String> {
+    let doubles = found.limits.iter().filter_map(|limit| {
+        Some(format!(
+            "{}: none, it gains energy at any step; at {} the fastest motion would double by the end.",
+            limit.integrator,
+            Seconds(limit.doubles_at?)
+        ))
+    });
+    let refused =
+        found.refused.iter().map(|RefusedScheme { integrator, reason }| format!("{integrator}: {reason}."));
+    let names = found.not_reached.join(", ");
+    let late = (!names.is_empty()).then(|| format!("Not reached in the time there was: {names}."));
+    doubles.chain(refused).chain(late).collect()
 }
 
 fn agreement(found: &StabilitySurvey) -> String {
@@ -116,20 +293,22 @@ fn agreement(found: &StabilitySurvey) -> String {
         curve.measured.iter().zip(&curve.formula).map(|(measured, formula)| (measured / formula - 1.0).abs())
     });
     let apart = apart.fold(0.0, f64::max);
-    format!("amplification of an oscillator: measured and formula agree to {}", number(apart))
+    format!("amplification of an oscillator: measured and formula agree to {}", percent(apart))
 }
 
 fn row_name(map: &Map, row: usize) -> String {
     let value = map.values[row];
+    let factor =
+        if value < 1.0 { format!("/ {}", number(1.0 / value)) } else { format!("x {}", number(value)) };
     match map.against {
-        Against::Young => format!("stiffness x {}", number(value)),
+        Against::Young => format!("stiffness {factor}"),
         Against::Poisson => format!("nu = {value}"),
-        Against::Density => format!("density x {}", number(value)),
-        Against::Gravity => format!("gravity x {}", number(value)),
+        Against::Density => format!("density {factor}"),
+        Against::Gravity => format!("gravity {factor}"),
     }
 }
 
-/// `.` taken, `x` diverged, `!` not solved.
+/// Map with `.` for a step that was taken, `x` for one that diverged, `!` for one that was not solved.
 fn text_map(map: &Map) -> String {
     let mut rows = vec![];
     for row in (0..map.values.len()).rev() {
@@ -141,13 +320,13 @@ fn text_map(map: &Map) -> String {
                 AttemptStatus::Unsolved => " !",
             })
             .collect();
-        let limit = predicted_limit(map.predicted[row]);
-        rows.push(vec![row_name(map, row), line, limit]);
+        rows.push(vec![row_name(map, row), line, predicted_cell(map.predicted[row])]);
     }
     let (first, last) = (map.steps.first().copied().unwrap_or(0.0), map.steps.last().copied().unwrap_or(0.0));
-    let head =
-        vec![String::new(), format!("{} to {} s", number(first), number(last)), "predicted [s]".into()];
-    rows.insert(0, head);
+    rows.insert(
+        0,
+        vec![String::new(), format!("{} to {}", Seconds(first), Seconds(last)), "predicted".into()],
+    );
     format!("{}: . taken, x diverged, ! Newton failed\n{}", map.integrator, table(&rows, 0))
 }
 
@@ -169,18 +348,21 @@ pub(super) fn write(
         "drift_per_s",
         "amplitude",
         "doubles_at_s",
+        "cut_short",
     ]);
-    for (limit, drift) in found.limits.iter().zip(&found.drifts) {
+    for limit in &found.limits {
+        let drift = found.drift_of(&limit.integrator);
         csv += &csv_line(&[
             &limit.integrator,
             &limit.predicted.map_or_else(String::new, n),
             &n(limit.measured),
             limit.above.map_or("", AttemptStatus::name),
-            &n(drift.step),
-            drift.status.name(),
-            &n(drift.per_second),
-            &n(drift.amplitude),
+            &drift.map_or_else(String::new, |drift| n(drift.step)),
+            drift.map_or("", |drift| drift.status.name()),
+            &drift.map_or_else(String::new, |drift| n(drift.per_second)),
+            &drift.map_or_else(String::new, |drift| n(drift.amplitude)),
             &limit.doubles_at.map_or_else(String::new, n),
+            if limit.cut_short { "true" } else { "false" },
         ]);
     }
     output::file(&folder.join("stability.csv"), &csv)?;
@@ -188,19 +370,21 @@ pub(super) fn write(
     let amplification = amplification(found)?;
     output::file(&folder.join("amplification.svg"), &amplification)?;
     let mut page = Page::new(&format!("How large a step: {scene}"));
+    page.paragraph(&format!("{}; {}.", verdict(found), basis(found)));
     let cells = |row: [String; 8]| row.iter().map(|cell| TableCell::new(cell, Look::Number)).collect();
-    let header = HEADER.map(|name| (if name.is_empty() { "scheme" } else { name }, Look::Number));
+    let header = HEADER.map(|name| (if name.is_empty() { "integrator" } else { name }, Look::Number));
     page.table(&header, &limits(found).into_iter().map(cells).collect::<Vec<_>>());
     page.note(ABOUT);
-    page.list(remarks(found).iter().map(String::as_str));
+    page.list(remarks(found).iter().chain(&notes(found)).map(String::as_str));
     if let Some(map) = &found.map {
         output::file(&folder.join("map.csv"), &map_csv(map))?;
         let svg = heat_map(map)?;
         output::file(&folder.join("map.svg"), &svg)?;
         page.figure(
             &svg,
-            "Which steps the first scheme takes, row by row. \"limit\" is the last step below the limit that \
-             is predicted for small motion about the start; larger motion can fail below it.",
+            "Which steps the first integrator takes, row by row. \"limit\" is the last step below the limit \
+             that is predicted for small motion about the start; \"early\" is a failure below it, where the \
+             motion became large.",
         );
     }
     page.figure(&amplification, &format!("Spectral radius of one step; {}.", agreement(found)));
@@ -232,8 +416,15 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
         // Where the limit is: the last step below it.
         let next = map.steps.get(column + 1).copied().unwrap_or(f64::INFINITY);
         let limit = map.predicted[row].is_some_and(|limit| map.steps[column] <= limit && limit < next);
-        Some((at, if limit { "limit".to_owned() } else { String::new() }))
+        let label = match () {
+            () if map.fails_early(row, column) => "early",
+            () if limit => "limit",
+            () => "",
+        };
+        Some((at, label.to_owned()))
     };
+    let early =
+        if map.failed_below_limit() > 0 { "; \"early\": failed below it, in large motion" } else { "" };
     let order: Vec<usize> = (0..map.values.len()).rev().collect();
     let what = match map.against {
         Against::Young => "times the stiffness",
@@ -245,7 +436,7 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
     let colors = [(0x9b, 0xd4, 0xb5), (0xd5, 0x5e, 0x00), (0xe6, 0x9f, 0x00)];
     let svg = HeatMap {
         title: format!("{}: which steps it takes", map.integrator),
-        x: "step [s]; \"limit\": the last one below what is predicted for small motion".into(),
+        x: format!("step [s]; \"limit\": the last one below what is predicted for small motion{early}"),
         y: what.into(),
         columns: map.steps.iter().map(|s| format!("{s:.0e}")).collect(),
         rows: order.iter().map(|row| number(map.values[*row])).collect(),
@@ -282,4 +473,138 @@ fn amplification(found: &StabilitySurvey) -> Result<String, Failure> {
     }
     chart.floors.push((1.0, "neither grows nor decays".into()));
     chart.svg().map_err(|error| Failure::failed("chart", error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pliant::integrator::IntegratorSpec;
+    use pliant_lab::stability::Drift;
+
+    /// A survey of all integrators, of which every third has a limit, every third none, every third fails
+    /// in Newton's method.
+    fn survey(own_step: f64) -> StabilitySurvey {
+        let mut found = StabilitySurvey {
+            own_integrator: "symplectic-euler",
+            own_step: Some(own_step),
+            walls: 1,
+            not_reached: vec!["radau-iia3".into()],
+            complete: true,
+            ..StabilitySurvey::default()
+        };
+        for (i, spec) in IntegratorSpec::ALL.iter().enumerate() {
+            let integrator = spec.method().documentation.name.to_owned();
+            let (predicted, above) = match i % 3 {
+                0 => (Some(4.34e-4), Some(AttemptStatus::Diverged)),
+                1 => (None, Some(AttemptStatus::Unsolved)),
+                _ => (None, None),
+            };
+            let (status, per_second, amplitude) = (AttemptStatus::Ok, -4.1e-7, 3.5e-5);
+            found.drifts.push(Drift {
+                integrator: integrator.clone(),
+                step: 1.67e-4,
+                status,
+                per_second,
+                amplitude,
+            });
+            found.limits.push(MeasuredLimit {
+                integrator,
+                predicted,
+                doubles_at: None,
+                measured: 4.336e-4,
+                above,
+                trials: 12,
+                cut_short: false,
+            });
+        }
+        found
+    }
+
+    fn map() -> Map {
+        Map {
+            integrator: "symplectic-euler".into(),
+            against: Against::Young,
+            steps: vec![1e-4, 4e-4, 1e-3],
+            values: (-4..=4).map(|e| 10f64.powi(e)).collect(),
+            predicted: vec![Some(4.34e-4); 9],
+            status: vec![vec![AttemptStatus::Ok, AttemptStatus::Diverged, AttemptStatus::Diverged]; 9],
+        }
+    }
+
+    #[test]
+    fn an_answer_fits_a_terminal_with_the_verdict_first() {
+        let found = survey(1.67e-4);
+        let with_map = StabilitySurvey { map: Some(map()), ..survey(1.67e-4) };
+        for found in [&found, &with_map] {
+            let said = answer(found, 200) + &brief(found, 200);
+            assert!(
+                said.starts_with("your step, 167 us, is 38.5 % of the largest stable one, 434 us ("),
+                "{said}"
+            );
+            assert!(
+                said.lines().count() <= 24 && said.lines().all(|line| line.len() <= ANSWER_WIDTH),
+                "{said}"
+            );
+            for word in ["NaN", "inf", "e-4", "e-5", "e-7"] {
+                assert!(!said.contains(word), "{word} in\n{said}");
+            }
+        }
+        assert!(brief(&found, 80).contains("not reached     radau-iia3"));
+        assert!(full(&found, 80).contains("Not reached in the time there was: radau-iia3."));
+    }
+
+    // Failures below the limit have a label of their own and a note; without them neither is there.
+    #[test]
+    fn a_failure_below_the_limit_is_not_labelled_as_the_limit() {
+        let early = map();
+        let svg = heat_map(&early).unwrap();
+        assert!(
+            svg.contains("\nearly\n") && !svg.contains("\nlimit\n") && svg.contains("failed below it"),
+            "{svg}"
+        );
+        let found = StabilitySurvey { map: Some(early.clone()), ..survey(1e-4) };
+        assert!(notes(&found).iter().any(|note| note.starts_with("9 steps of the map failed below")));
+        let usual = Map { predicted: vec![Some(2e-4); 9], ..early };
+        let svg = heat_map(&usual).unwrap();
+        assert!(svg.contains("\nlimit\n") && !svg.contains("early"), "{svg}");
+    }
+
+    #[test]
+    fn every_end_of_a_search_has_a_verdict() {
+        let of = |change: &dyn Fn(&mut MeasuredLimit)| {
+            let mut found = survey(1e-3);
+            change(&mut found.limits[0]);
+            verdict(&found)
+        };
+        let any = |limit: &mut MeasuredLimit| limit.predicted = None;
+        assert!(of(&|_| {}).starts_with("your step, 1 ms, is 2.31 times the largest stable one, 434 us"));
+        assert!(of(&|limit| limit.doubles_at = Some(1e-6)).ends_with("your step, 1 ms, is 1000 times that"));
+        // An implicit integrator: no failure, a failure of every step, nothing tried to the end.
+        let stable = of(&|limit| {
+            any(limit);
+            (limit.above, limit.measured) = (None, 2.0);
+        });
+        assert!(
+            stable.starts_with("your step, 1 ms, is stable, and so are larger ones up to 2 s ("),
+            "{stable}"
+        );
+        let failed = of(&|limit| {
+            any(limit);
+            limit.measured = 0.0;
+        });
+        assert!(failed.starts_with("your step, 1 ms, fails ("), "{failed}");
+        let cut = of(&|limit| {
+            any(limit);
+            (limit.above, limit.measured, limit.cut_short) = (None, 0.0, true);
+        });
+        assert!(cut.contains("no trial ended in the time there was"), "{cut}");
+        let only = of(&|limit| {
+            any(limit);
+            (limit.above, limit.measured, limit.cut_short) = (None, 1e-3, true);
+        });
+        assert!(only.contains("is stable (") && only.contains("no trial of a larger one ended"), "{only}");
+        let unsolved = of(&|limit| limit.above = Some(AttemptStatus::Unsolved));
+        assert!(unsolved.contains("the largest solvable one"), "{unsolved}");
+        assert!(verdict(&StabilitySurvey::default()).contains("--budget"));
+    }
 }

@@ -6,9 +6,10 @@ use std::path::Path;
 use pliant_lab::stress::{self, Case, CaseVerdict};
 use pliant_lab::study::page::{Look, Page, TableCell};
 
+use super::Outcome;
+use super::conclusion::conclusion;
 use super::picture::{sheet, svg};
-use super::rows::{any_is_long, numbers, numbers_of_long, scheme, title};
-use super::{Outcome, counts};
+use super::rows::{any_is_long, numbers, numbers_of_long, scheme, sums, title};
 use crate::failure::Failure;
 use crate::output;
 
@@ -42,6 +43,10 @@ const HEADER: [(&str, Look); 19] = [
 pub(super) fn html(results: &[Outcome]) -> String {
     let mut page = Page::new("What breaks simulators");
     page.paragraph(&format!("pliant {}; {}", env!("CARGO_PKG_VERSION"), sums(results)));
+    if results.iter().any(|(case, _)| case.row == "scene") {
+        page.paragraph(&conclusion(results));
+    }
+    page.note(CaseVerdict::MEANING);
     page.note(LEGEND);
     page.table(&HEADER, &results.iter().map(row).collect::<Vec<_>>());
     page.finish()
@@ -76,17 +81,6 @@ fn row(result: &Outcome) -> Vec<TableCell> {
     cells
 }
 
-fn sums(results: &[Outcome]) -> String {
-    let counts = counts(results);
-    format!(
-        "{} cases: {} passed, {} flagged, {} failed",
-        results.len(),
-        counts["pass"],
-        counts["flagged"],
-        counts["fail"]
-    )
-}
-
 /// Writes `file` and, into the folder of its name without the ending, its pictures. Nothing in them depends
 /// on the machine.
 pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
@@ -98,12 +92,12 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
          are Newton iterations, of the case or of its worst step, and \"bar\" how many there may be: three \
          times those of an independent program. \"energy\" is that at the end over that at the \
          start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, \
-         and elsewhere the difference from a closed form or from an independent code.\n\nFlagged is what is \
-         allowed, but what a user must be told: equilibria away from rest, inverted elements, steps that \
-         nobody solves, each with its reason below.\n",
+         and elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is \
+         below.\n",
         if any_is_long(results) { " --long --resume -o results" } else { "" },
         if any_is_long(results) { ", which goes on with the results of runs before" } else { "" },
         sums(results),
+        CaseVerdict::MEANING,
     );
     for dimension in [2, 3] {
         let name = format!("starts-{dimension}d.svg");
@@ -185,7 +179,7 @@ fn starts(results: &[Outcome], dimension: usize) -> Option<String> {
     };
     let (mut columns, mut rows): (Vec<String>, Vec<(String, Vec<_>)>) = (vec![], vec![]);
     for (case, f) in results.iter().filter(|(case, _)| wanted(case)) {
-        let name = format!("{} {}", case.material, case.poisson.unwrap_or(f64::NAN));
+        let name = case.poisson.map_or_else(|| case.material.clone(), |nu| format!("{} {nu}", case.material));
         let column = columns.iter().position(|c| *c == case.name).unwrap_or_else(|| {
             columns.push(case.name.clone());
             columns.len() - 1

@@ -1,10 +1,56 @@
 //! The table for people, and the same as comma-separated values.
 
-use pliant_lab::stress::{CaseResult, CaseVerdict};
+use pliant::quantity::Seconds;
+use pliant_lab::stress::{Case, CaseResult, CaseVerdict};
 
 use super::Outcome;
+use super::conclusion::conclusion;
 use crate::output::csv_line;
 use crate::text::{counted, number, table, wrap};
+
+/// Results of one case that differ in the linear solver only, and have one verdict for one reason.
+pub(super) struct Agreement<'a> {
+    /// Result with the first of the solvers.
+    pub(super) first: &'a Outcome,
+    /// Names of the linear solvers.
+    pub(super) solvers: Vec<&'static str>,
+}
+
+impl Agreement<'_> {
+    /// Name of the linear solver, or the number of those that agree.
+    fn solver(&self) -> String {
+        match self.solvers[..] {
+            [solver] => solver.into(),
+            _ => format!("{} agree", self.solvers.len()),
+        }
+    }
+}
+
+/// True if two cases differ in the linear solver at most.
+fn is_same(a: &Case, b: &Case) -> bool {
+    (a.row, &a.name, a.dimension, &a.material, &a.integrator)
+        == (b.row, &b.name, b.dimension, &b.material, &b.integrator)
+        && a.poisson == b.poisson
+}
+
+/// Results with the linear solvers that agree in one row, next to those that do not.
+pub(super) fn agreements(results: &[Outcome]) -> Vec<Agreement<'_>> {
+    let mut rows: Vec<Agreement<'_>> = vec![];
+    for result in results {
+        let (case, f) = result;
+        let same = |row: &Agreement<'_>| is_same(&row.first.0, case);
+        let outcome = |f: &CaseResult| (f.verdict, f.cut_short, f.reason().map(str::to_owned));
+        let solver = case.solver.name();
+        match rows.iter_mut().find(|row| same(row) && outcome(&row.first.1) == outcome(f)) {
+            Some(row) => row.solvers.push(solver),
+            None => {
+                let at = rows.iter().rposition(same).map_or(rows.len(), |last| last + 1);
+                rows.insert(at, Agreement { first: result, solvers: vec![solver] });
+            }
+        }
+    }
+    rows
+}
 
 /// Numbers that only long cases have, as texts: steps, iterations of the worst of them, least gap.
 pub(super) fn numbers_of_long(findings: &CaseResult) -> [String; 3] {
@@ -31,10 +77,10 @@ pub(super) fn numbers(findings: &CaseResult) -> [String; 6] {
     ]
 }
 
-/// The scheme of a case, and of one of a scene the size of its steps.
+/// Integrator of a case, with the size of its steps in a case of a scene.
 pub(super) fn scheme((case, findings): &Outcome) -> String {
     match findings.step_size {
-        Some(step) => format!("{} at {} s", case.integrator, number(step)),
+        Some(step) => format!("{} at {}", case.integrator, Seconds(step)),
         None => case.integrator.clone(),
     }
 }
@@ -68,15 +114,16 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
     if long {
         rows[0].extend(["steps", "worst", "least gap"].map(str::to_owned));
     }
-    for result in results {
-        let (case, f) = result;
+    let agreements = agreements(results);
+    for agreement in &agreements {
+        let result @ (case, f) = agreement.first;
         let mut row = vec![
             title(result),
             case.dimension.to_string(),
             case.material.clone(),
             case.poisson.map_or_else(String::new, |nu| nu.to_string()),
             scheme(result),
-            case.solver.name().into(),
+            agreement.solver(),
             f.verdict.to_string(),
         ];
         row.extend(numbers(f));
@@ -88,29 +135,40 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
     }
     let mut out = table(&rows, 0);
     out.push('\n');
-    for result in results.iter().filter(|(_, f)| f.verdict != CaseVerdict::Pass) {
-        let (case, f) = result;
+    for agreement in agreements.iter().filter(|agreement| agreement.first.1.verdict != CaseVerdict::Pass) {
+        let result @ (case, f) = agreement.first;
         let advice = f.advice.as_ref().map_or_else(String::new, |a| format!(" What works: {a}."));
         let nu = case.poisson.map_or_else(String::new, |nu| format!(" {nu}"));
+        let material = if case.material.is_empty() { "" } else { &format!("{}{nu}, ", case.material) };
         let line = format!(
-            "{}: {} {}D, {}{nu}, {}, {}: {}.{advice}",
+            "{}: {} {}D, {material}{}, {}: {}.{advice}",
             f.verdict,
             title(result),
             case.dimension,
-            case.material,
             scheme(result),
-            case.solver.name(),
+            agreement.solver(),
             f.notes.join("; "),
         );
         out += &wrap(&line, 0, width);
     }
     out.push('\n');
     if is_scene {
-        out += &survivors(results);
+        out += &survivors(results, width);
     }
-    let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count() as u64;
-    out + &format!(
-        "{}: {} passed, {} flagged, {} failed\n",
+    out += &format!("{}\n", sums(results));
+    if is_scene {
+        out += &wrap(&conclusion(results), 0, width);
+    }
+    out
+}
+
+/// Numbers of cases by verdict.
+pub(super) fn sums(results: &[Outcome]) -> String {
+    let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count();
+    let cut = results.iter().filter(|(_, f)| f.cut_short).count();
+    let cut = if cut == 0 { String::new() } else { format!(" ({cut} cut short)") };
+    format!(
+        "{}: {} passed, {} flagged{cut}, {} failed",
         counted(results.len() as u64, "case", "cases"),
         of(CaseVerdict::Pass),
         of(CaseVerdict::Flagged),
@@ -118,31 +176,41 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
     )
 }
 
-/// Which settings went through everything that was done to a scene, and what stopped the others.
-fn survivors(results: &[Outcome]) -> String {
+/// Settings that went through everything that was done to a scene, and what stopped the others.
+fn survivors(results: &[Outcome], width: usize) -> String {
     let mut settings: Vec<Setting<'_>> = vec![];
     for (case, f) in results {
-        let name = format!("{}, {}", case.integrator, case.solver.name());
-        let at = settings.iter().position(|setting| setting.name == name).unwrap_or_else(|| {
-            settings.push(Setting { name, ..Setting::default() });
+        let (integrator, solver) = (&case.integrator[..], case.solver.name());
+        let is_own = |setting: &Setting<'_>| setting.integrator == integrator && setting.solvers == [solver];
+        let at = settings.iter().position(is_own).unwrap_or_else(|| {
+            settings.push(Setting { integrator, solvers: vec![solver], ..Setting::default() });
             settings.len() - 1
         });
         let of = match f.verdict {
             _ if f.cut_short => &mut settings[at].cut,
             CaseVerdict::Fail => &mut settings[at].failed,
             CaseVerdict::Flagged => &mut settings[at].flagged,
-            _ => &mut settings[at].passed,
+            CaseVerdict::Pass => &mut settings[at].passed,
         };
         of.push(&case.name);
     }
-    let lines: String = settings.iter().map(Setting::line).collect();
+    let mut agreeing: Vec<Setting<'_>> = vec![];
+    for setting in settings {
+        match agreeing.iter_mut().find(|other| other.agrees_with(&setting)) {
+            Some(other) => other.solvers.extend(setting.solvers),
+            None => agreeing.push(setting),
+        }
+    }
+    let lines: String = agreeing.iter().map(|setting| wrap(&setting.line(), 0, width)).collect();
     lines + "\n"
 }
 
-/// Results of all cases of a scene with one scheme and solver, by the names of the cases.
+/// Results of all cases of a scene with one integrator, by the names of the cases.
 #[derive(Default)]
 struct Setting<'a> {
-    name: String,
+    integrator: &'a str,
+    /// Linear solvers that agree.
+    solvers: Vec<&'a str>,
     passed: Vec<&'a str>,
     flagged: Vec<&'a str>,
     failed: Vec<&'a str>,
@@ -151,10 +219,20 @@ struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    fn agrees_with(&self, other: &Setting<'_>) -> bool {
+        self.integrator == other.integrator
+            && (&self.passed, &self.flagged, &self.failed, &self.cut)
+                == (&other.passed, &other.flagged, &other.failed, &other.cut)
+    }
+
     fn line(&self) -> String {
-        let Setting { name, passed, flagged, failed, cut } = self;
+        let Setting { integrator, solvers, passed, flagged, failed, cut } = self;
+        let name = match solvers[..] {
+            [solver] => format!("{integrator}, {solver}"),
+            _ => format!("{integrator}, {} linear solvers agree", solvers.len()),
+        };
         if [flagged, failed, cut].iter().all(|cases| cases.is_empty()) {
-            return format!("{name}: survives everything\n");
+            return format!("{name}: survives everything");
         }
         let mut said = match passed.len() {
             0 => vec!["passes nothing".to_owned()],
@@ -163,7 +241,7 @@ impl Setting<'_> {
         for (what, cases) in [("fails at", failed), ("flagged at", flagged), ("cut short at", cut)] {
             said.extend((!cases.is_empty()).then(|| format!("{what} {}", cases.join(", "))));
         }
-        format!("{name}: {}\n", said.join("; "))
+        format!("{name}: {}", said.join("; "))
     }
 }
 

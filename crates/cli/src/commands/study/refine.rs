@@ -1,11 +1,11 @@
 //! `pliant study --refine`: total error against run time, by mesh, elements, scheme and step.
 
+use pliant::quantity::Seconds;
 use pliant_lab::refinement::{
     QuantityRefinement, RefinedRow, RefinementError, RefinementPlan, RefinementResults, RefinementStudy,
     chart, percent,
 };
 use pliant_lab::study::page::{Look, Page, TableCell};
-use pliant_lab::study::seconds;
 use pliant_scene::Source;
 use serde_json::{Value, json};
 
@@ -104,7 +104,7 @@ fn described(results: &RefinementResults, title: &str, width: usize) -> String {
         0 => String::new(),
         n => format!(", {n} failed (steps too large)"),
     };
-    out += &format!("\n{runs} in {}{failed}\n", seconds(results.seconds));
+    out += &format!("\n{runs} in {}{failed}\n", Seconds(results.seconds));
     for left_out in &results.left_out {
         out += &wrap(&format!("left out: {left_out}"), 0, width);
     }
@@ -158,9 +158,12 @@ fn cheapest(results: &RefinementResults, of: &QuantityRefinement) -> Vec<Vec<Str
         let mut cells =
             vec![percent(cheapest.error), row.family.words(results.dimension).to_owned(), row.cells.clone()];
         if !results.is_static {
-            cells.extend([row.scheme.to_owned(), row.step.map_or_else(String::new, seconds)]);
+            cells.extend([
+                row.scheme.to_owned(),
+                row.step.map_or_else(String::new, |step| Seconds(step).to_string()),
+            ]);
         }
-        cells.extend([percent(cheapest.reached?), seconds(row.seconds)]);
+        cells.extend([percent(cheapest.reached?), Seconds(row.seconds).to_string()]);
         Some(cells)
     });
     let rows: Vec<Vec<String>> = rows.collect();

@@ -55,7 +55,7 @@ fn column(material: &str, push: f64) -> CaseResult {
     match simulation.step() {
         Ok(()) => {}
         Err(error @ StepError::Unsolved { .. }) if push == 0.0 => {
-            findings.note(CaseVerdict::Flagged, format!("reported: {error}"));
+            findings.note_error(&error, true);
             return findings;
         }
         Err(error) => {

@@ -1,6 +1,7 @@
 //! K18: contact far from its intended range: steps of a second, a barrier too soft and too stiff, an
 //! activation distance far below and far above a gap, bodies of different masses and stiffnesses.
 
+use pliant::quantity::Rounded;
 use pliant::simulation::Simulation;
 
 use super::CaseDescription;
@@ -10,7 +11,16 @@ use crate::stress::{Case, CaseResult, CaseVerdict};
 /// Limit on Newton iterations, as a multiple of those of an independent program.
 const BAR: f64 = 3.0;
 /// Remaining fraction of the activation distance below which the barrier is nearly exhausted.
-pub(super) const OVERLOAD: f64 = 0.05;
+const OVERLOAD: f64 = 0.05;
+
+/// Notes the least gap of a case as a fraction of its activation distance; one almost used up is flagged.
+pub(super) fn note_gap(findings: &mut CaseResult, gap: f64) {
+    let told = format!("least gap {} % of its distance", Rounded::<3>(100.0 * gap));
+    match gap < OVERLOAD {
+        true => findings.note(CaseVerdict::Flagged, format!("overload: {told}")),
+        false => findings.note(CaseVerdict::Pass, told),
+    }
+}
 
 /// A block of 0.2 m that falls at 3 m/s on a layer of 0.5 m x 0.1 m.
 #[derive(Clone, Copy)]
@@ -212,9 +222,7 @@ fn run(
     // Gaps, energy and the case's own criterion.
     findings.demand(least.1 > 0.0, || format!("a gap of {:.3e} m", least.1));
     findings.demand(least.1.is_finite(), || "nothing touched".into());
-    let told = format!("least gap {:.2e} of its distance", least.0);
-    let verdict = if least.0 < OVERLOAD { CaseVerdict::Flagged } else { CaseVerdict::Pass };
-    findings.note(verdict, if verdict == CaseVerdict::Pass { told } else { format!("overload: {told}") });
+    note_gap(&mut findings, least.0);
     let diagnostics = simulation.diagnostics();
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
     findings.note_inversion(&diagnostics);

@@ -46,10 +46,7 @@ fn release(dimension: usize, material: &str, integrator: &str) -> CaseResult {
     let (mut most, mut before, mut highest) = (0, 0, start);
     for _ in 0..if is_euler { 3000 } else { 300 } {
         if let Err(error) = simulation.step() {
-            findings.note(
-                if is_euler { CaseVerdict::Fail } else { CaseVerdict::Flagged },
-                format!("reported: {error}"),
-            );
+            findings.note_error(&error, !is_euler);
             break;
         }
         most = most.max(scenes::iterations(simulation) - before);

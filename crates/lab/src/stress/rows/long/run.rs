@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::stress::rows::contact::OVERLOAD;
+use crate::stress::rows::contact::note_gap;
 use crate::stress::scenes::{self, assemble};
 use crate::stress::{CaseResult, CaseVerdict};
 use pliant_scene::assembly::Assembly;
@@ -229,8 +229,8 @@ impl<'a> LongRun<'a> {
         let mut result = self.result;
         let touched = result.least_gap.is_some();
         result.demand(touched || result.cut_short, || "nothing touched".into());
-        if let Some(gap) = result.least_gap.filter(|gap| *gap < OVERLOAD) {
-            result.note(CaseVerdict::Flagged, format!("overload: least gap {gap:.2e} of its distance"));
+        if let Some(gap) = result.least_gap {
+            note_gap(&mut result, gap);
         }
         result
     }
