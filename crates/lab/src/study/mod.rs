@@ -115,8 +115,8 @@ pub enum StudyError {
     NoDuration,
     /// A scene without motion for any duration.
     #[error(
-        "a quasi-static scene has no motion to study: compare increments by `pliant run --set \
-         time.step=..`, or take another scheme by --set time.integrator=implicit-euler"
+        "a quasi-static scene has no motion to study: study its meshes by --refine, compare increments by \
+         `pliant run --set time.step=..`, or take another scheme by --set time.integrator=implicit-euler"
     )]
     Static,
     /// The problem has no closed-form solution.
