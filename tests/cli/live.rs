@@ -217,6 +217,25 @@ fn pause_step_reset_and_speed_do_what_they_say() {
     assert_eq!(served.interrupt(), 0);
 }
 
+/// Stress at nodes is recovered for recordings alone.
+#[test]
+fn every_measure_that_the_page_offers_can_be_shown() {
+    let channels = "[output]\nchannels = ['state', 'nodal-von-mises', 'zz', 'green-strain']\n[[body]]";
+    let bench = Bench::new(&BEAM.replacen("[[body]]", channels, 1));
+    let served = Served::start(&bench, &["--paused"]);
+    let mut page = served.page();
+    let hello = page.next("hello");
+    let measures = hello["measures"].as_array().unwrap();
+    assert!(
+        measures.contains(&"green-strain xx".into()) && measures.contains(&"von-mises".into()),
+        "{hello}"
+    );
+    for measure in measures {
+        page.ok(json!({ "do": "measure", "name": measure }));
+    }
+    assert_eq!(served.interrupt(), 0);
+}
+
 #[test]
 fn a_stiffer_beam_rises_and_a_dragged_one_follows() {
     let bench = Bench::new(BEAM);

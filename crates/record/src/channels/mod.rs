@@ -125,8 +125,9 @@ mod tests {
 
     #[test]
     fn messages_of_a_frame_have_their_order_in_every_version() {
-        // Order in recordings of earlier versions: mesh, probes, elements, reactions, energy, state.
-        let order = [2, 100, 101, 65_535, 10, 18, 6, 3, 1];
+        // Order in recordings of earlier versions: mesh, probes, elements and vertices, reactions, energy,
+        // state.
+        let order = [2, 100, 101, 65_535, 10, 18, 49, 50, 51, 6, 3, 1];
         assert!(order.is_sorted_by_key(|number| place_in_frame(*number).unwrap()));
         assert_eq!(
             (last_of_frame([3, 2, 10, 4].into_iter()), last_of_frame([4, 5].into_iter())),
