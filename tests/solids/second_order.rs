@@ -559,7 +559,8 @@ fn files_of_gmsh_vtk_and_abaqus_keep_the_nodes_of_second_order() {
         assert!(refused.contains("order"), "{name} {ending}: {refused}");
         let shape =
             serde_json::from_value(json!({ "file": { "path": path, "drop_mid_nodes": true } })).unwrap();
-        let body = BodyMesh { shape: &shape, order: CellOrder::Linear, refine: 0, transform: None, repeat: None };
+        let body =
+            BodyMesh { shape: &shape, order: CellOrder::Linear, refine: 0, transform: None, repeat: None };
         let mesh = pliant_mesh::build_body(&body, d, directory.path()).unwrap();
         assert_eq!((mesh.block().unwrap().kind.nodes, mesh.vertex_count()), (corners, corners));
     }

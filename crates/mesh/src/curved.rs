@@ -65,7 +65,8 @@ mod tests {
 
     fn built(shape: &str, dimension: usize) -> Mesh {
         let shape: MeshSpec = serde_json::from_str(shape).unwrap();
-        let body = BodyMesh { shape: &shape, order: CellOrder::Quadratic, refine: 0, transform: None, repeat: None };
+        let body =
+            BodyMesh { shape: &shape, order: CellOrder::Quadratic, refine: 0, transform: None, repeat: None };
         // `build_body` checks that det J is positive everywhere in every element.
         build_body(&body, dimension, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
     }

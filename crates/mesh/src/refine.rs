@@ -14,12 +14,17 @@ use super::quadratic::sorted;
 use super::{Group, Mesh, MeshError};
 use pliant::element::{CellBlock, CellKind};
 
-/// Diagonals of the octahedron in a tetrahedron, as pairs of mid-edge nodes, with the four other nodes around
-/// them.
-const DIAGONALS: [([[usize; 2]; 2], [[usize; 2]; 4]); 3] = [
-    ([[0, 1], [2, 3]], [[0, 2], [0, 3], [1, 3], [1, 2]]),
-    ([[0, 2], [1, 3]], [[0, 1], [0, 3], [2, 3], [1, 2]]),
-    ([[0, 3], [1, 2]], [[0, 1], [0, 2], [2, 3], [1, 3]]),
+/// Diagonal of the octahedron in a tetrahedron; mid-edge nodes by the corners of their edges.
+struct Diagonal {
+    ends: [[usize; 2]; 2],
+    /// The other nodes, in order around the diagonal.
+    around: [[usize; 2]; 4],
+}
+
+const DIAGONALS: [Diagonal; 3] = [
+    Diagonal { ends: [[0, 1], [2, 3]], around: [[0, 2], [0, 3], [1, 3], [1, 2]] },
+    Diagonal { ends: [[0, 2], [1, 3]], around: [[0, 1], [0, 3], [2, 3], [1, 2]] },
+    Diagonal { ends: [[0, 3], [1, 2]], around: [[0, 1], [0, 2], [2, 3], [1, 3]] },
 ];
 
 /// Cuts every cell of a mesh of first order once; `curve` moves the new vertices of round shapes.
@@ -91,13 +96,14 @@ fn tetrahedra(cell: &[u32; 4], middles: &BTreeMap<[u32; 2], u32>, mesh: &Mesh) -
     for corner in 0..4 {
         children[corner] = std::array::from_fn(|other| between(corner, other));
     }
-    let length = |[[a, b], [c, d]]: [[usize; 2]; 2]| {
+    let length = |diagonal: &&Diagonal| {
+        let [[a, b], [c, d]] = diagonal.ends;
         let ends = [between(a, b), between(c, d)].map(|node| mesh.point(node as usize));
         ends[0].iter().zip(ends[1]).map(|(a, b)| (a - b) * (a - b)).sum::<f64>()
     };
-    let shortest = DIAGONALS.iter().min_by(|a, b| length(a.0).total_cmp(&length(b.0)));
-    let (diagonal, around) = shortest.unwrap_or(&DIAGONALS[0]);
-    let [from, to] = diagonal.map(|[a, b]| between(a, b));
+    let shortest = DIAGONALS.iter().min_by(|a, b| length(a).total_cmp(&length(b)));
+    let Diagonal { ends, around } = shortest.unwrap_or(&DIAGONALS[0]);
+    let [from, to] = ends.map(|[a, b]| between(a, b));
     for i in 0..4 {
         let [first, second] = [around[i], around[(i + 1) % 4]].map(|[a, b]| between(a, b));
         let child = [from, to, first, second];

@@ -227,5 +227,4 @@ fn intervals_hold_the_truth_in_ninety_five_of_a_hundred_cases() {
     widths.sort_by(f64::total_cmp);
     let median = widths[widths.len() / 2];
     assert!(median < 5.0, "median width {median}");
-    println!("{said}; median width {median}");
 }

@@ -247,8 +247,8 @@ impl QuantityRefinement {
     pub fn cheapest_for(&self, error: f64, rows: &[RefinedRow]) -> Cheapest {
         let none = |reason: String| Cheapest { error, row: None, reached: None, reason: Some(reason) };
         let Some(reference) = &self.reference else {
-            let reasons = self.ladders.iter().filter_map(|ladder| ladder.reason.clone());
-            return none(reasons.last().unwrap_or_else(|| "no reference".to_owned()));
+            let reason = self.ladders.iter().rev().find_map(|ladder| ladder.reason.clone());
+            return none(reason.unwrap_or_else(|| "no reference".to_owned()));
         };
         if error * self.scale < reference.trusted() {
             let known = reference.known() / self.scale;

@@ -230,7 +230,8 @@ fn skins_follow_affine_motions() {
         };
         let repeat = RepeatSpec { count: vec![2, 1, 1], spacing: vec![5.0, 0.0, 0.0] };
         let order = if quadratic { CellOrder::Quadratic } else { CellOrder::Linear };
-        let body = BodyMesh { shape: &spec, order, refine: 0, transform: Some(&transform), repeat: Some(&repeat) };
+        let body =
+            BodyMesh { shape: &spec, order, refine: 0, transform: Some(&transform), repeat: Some(&repeat) };
         let mesh = build_body(&body, 3, folder.path()).unwrap();
         let skin = mesh.skin.as_ref().unwrap();
         assert_eq!(skin.vertex_count(), 2 * shape.0.len());

@@ -222,10 +222,8 @@ fn page(results: &RefinementResults, title: &str, charts: &[(String, String, Str
         });
         let none: Vec<String> = none.collect();
         page.list(none.iter().map(String::as_str));
-        if of.reference.is_some() {
-            if let Some((_, svg, caption)) = charts.next() {
-                page.figure(svg, caption);
-            }
+        if let Some((_, svg, caption)) = of.reference.as_ref().and_then(|_| charts.next()) {
+            page.figure(svg, caption);
         }
         for cheapest in &of.cheapest {
             if let Some(row) = cheapest.row {
