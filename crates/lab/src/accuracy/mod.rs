@@ -81,6 +81,7 @@ impl WishedError {
             "m" => Kind::LENGTH,
             "N" => Kind::FORCE,
             "Pa" => Kind::PRESSURE,
+            "Hz" => Kind::RATE,
             _ => Kind::ENERGY,
         };
         let value = kind.parse(text).map_err(|error: QuantityError| no_wish(format!("is none: {error}")))?;
@@ -454,10 +455,7 @@ impl AccuracyRuns<'_> {
                 return Ok(Refined::GaveUp);
             }
         }
-        let expected = match self.is_static {
-            true => f64::from(self.about.quantity.order_in_space(candidate.family.order())),
-            false => 2.0,
-        };
+        let expected = self.about.quantity.order_in_space(candidate.family.order(), self.is_static);
         let values = &candidate.values[candidate.values.len().saturating_sub(LADDER)..];
         let wish = self.about.wish.of(candidate.largest);
         let levels = match estimate(values, expected, LadderKind::Mesh) {

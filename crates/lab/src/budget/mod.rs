@@ -4,7 +4,9 @@
 //! With the value `Q(h, k)` on the mesh `h` with the step `k`, the truth is `Q* = Q + m + s + v`. The part of
 //! the mesh is that of the ladder `Q(4h, k), Q(2h, k), Q(h, k)`, the part of the step that of three steps on
 //! the mesh `2h`, and the part of the solver the difference that ten times its tolerance makes; see
-//! [`convergence`](crate::convergence). Intervals of the parts add up, because parts are biases and do not
+//! [`convergence`](crate::convergence). The part of the contact distance `d` is `Q(d) - Q(2 d)`: the gap of
+//! bodies that press each other is proportional to `d` where the pressure is a function of gap over `d`.
+//! Intervals of the parts add up, because parts are biases and do not
 //! average out. Eca, Vaz, Toxopeus, Hoekstra 2019, Journal of Verification, Validation and Uncertainty
 //! Quantification, doi 10.1115/1.4043975, split errors by such runs.
 //!
@@ -63,7 +65,7 @@ pub struct QuantityBudget {
 /// One part of an error.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct ErrorPart {
-    /// `mesh`, `step` or `solver`.
+    /// `mesh`, `step`, `solver` or `contact`.
     pub part: &'static str,
     /// Estimate; `None` if there is none.
     pub estimate: Option<LadderEstimate>,
@@ -202,6 +204,8 @@ struct ErrorRuns<'a> {
     is_static: bool,
     is_implicit: bool,
     order_in_time: u32,
+    /// Contact distance [m], or the reason for which its part is not estimated; `None` without contact.
+    contact: Option<Result<f64, &'static str>>,
     runs: usize,
 }
 
@@ -234,6 +238,15 @@ impl<'a> ErrorRuns<'a> {
             is_static: method.is_static(),
             is_implicit: method.documentation.solves > 0,
             order_in_time: method.documentation.order,
+            contact: scene.contact.as_ref().map(|contact| {
+                let is_free = method.documentation.solves > 0 || method.is_static();
+                match assembly.report.contact.as_ref() {
+                    Some(report) if is_free || contact.stiffness.is_some() => Ok(report.distance),
+                    _ => Err(
+                        "the stiffness of contact follows the distance in explicit schemes: give `stiffness`",
+                    ),
+                }
+            }),
             runs: 0,
             scene: scene.clone(),
         }
@@ -273,7 +286,35 @@ impl<'a> ErrorRuns<'a> {
         };
         let step = self.step_part(scene, known, cells);
         let solver = self.solver_part(scene, known);
-        vec![mesh, step, solver]
+        let contact = self.contact.map(|distance| self.contact_part(own, distance));
+        [mesh, step, solver].into_iter().chain(contact).collect()
+    }
+
+    /// The part of the contact distance, by a run with twice of it.
+    fn contact_part(&mut self, own: &[QuantityValue], distance: Result<f64, &'static str>) -> Vec<ErrorPart> {
+        let distance = match distance {
+            Ok(distance) => distance,
+            Err(reason) => return self.without("contact", reason),
+        };
+        let mut scene = self.scene.clone();
+        if let Some(contact) = &mut scene.contact {
+            contact.distance = Some(2.0 * distance);
+        }
+        match self.values(&scene, None, 1.0) {
+            Ok(wider) => {
+                let of = |i: usize| {
+                    let found = estimate_of_two([wider[i].value, own[i].value], 1.0);
+                    let words = format!(
+                        "distances of {} and {} m",
+                        Rounded::<3>(2.0 * distance),
+                        Rounded::<3>(distance)
+                    );
+                    of_ladder("contact", Ok(found), 1.0, words)
+                };
+                (0..self.quantities.len()).map(of).collect()
+            }
+            Err(reason) => self.without("contact", &reason.to_string()),
+        }
     }
 
     /// Predicted costs of the runs beside the scene's own, relative to it.
@@ -290,6 +331,7 @@ impl<'a> ErrorRuns<'a> {
         }
         let has_tolerance = self.scene.time.solver.as_ref().is_some_and(|solver| solver.tolerance.is_some());
         costs.extend((self.is_implicit && has_tolerance).then_some(base));
+        costs.extend(matches!(self.contact, Some(Ok(_))).then_some(1.0));
         costs
     }
 
@@ -335,10 +377,7 @@ impl<'a> ErrorRuns<'a> {
         };
         let quarter = quarter.and_then(|quarter| self.values(quarter, None, 1.0).ok());
         let part = |(i, quantity): (usize, &QuantityOfInterest)| {
-            let expected = match self.is_static {
-                true => f64::from(quantity.order_in_space(self.element_order)),
-                false => 2.0,
-            };
+            let expected = quantity.order_in_space(self.element_order, self.is_static);
             let shift = (own[i].value - on_half[i].value).abs();
             if !self.is_static && quantity.is_at_the_end() && shift > PHASE * own[i].half_range {
                 let about = format!(

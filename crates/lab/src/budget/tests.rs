@@ -228,3 +228,31 @@ fn intervals_hold_the_truth_in_ninety_five_of_a_hundred_cases() {
     let median = widths[widths.len() / 2];
     assert!(median < 5.0, "median width {median}");
 }
+
+/// A block that is pressed on a floor: its gap is proportional to the contact distance, so that the part of the
+/// distance is the gap, and the bottom without it lies on the floor.
+#[test]
+fn the_part_of_the_contact_distance_is_the_gap() {
+    let text = "dimension = 2\ntime = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }\n\
+                contact = { distance = 0.005 }\n\
+                [[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0.0, 1.0], offset = 0.0 } }\n\
+                [[body]]\nname = 'block'\nmesh = { grid = { cells = [2, 2], size = [1.0, 1.0] } }\n\
+                transform = { translate = [0.0, 0.004] }\n\
+                elastic = { linear = { young = 1e6, poisson = 0.0 } }\nmass = { density = 1000.0 }\n\
+                pin = [{ half_space = { normal = [1.0, 0.0], offset = 2.0 }, axes = ['x'] }]\n\
+                load = [{ half_space = { normal = [0.0, -1.0], offset = -1.004 }, traction = [0.0, -1e4] }]\n\
+                [[probe]]\nname = 'bottom'\nat = [0.5, 0.004]\n";
+    let found = budget(&Source::new("block", text), &["bottom.y"]);
+    let of = &found.quantities[0];
+    let contact = of.parts.last().unwrap();
+    assert_eq!(contact.part, "contact");
+    let estimate = contact.estimate.unwrap().estimate.unwrap();
+    assert!(estimate < -1e-4, "{of:?}");
+    assert!((of.value + estimate + 0.004).abs() < 1e-3 * estimate.abs(), "{of:?}");
+    // What touches differs between meshes: the whole has no estimate.
+    assert!(of.interval.is_none() && of.parts[0].about.contains("what touches differs"), "{of:?}");
+    let explicit = text.replace("'quasi-static', step = 1.0", "'velocity-verlet', step = 1e-4");
+    let explicit = explicit.replace("duration = 1.0", "duration = 0.01");
+    let contact = budget(&Source::new("block", explicit), &["bottom.y"]).quantities[0].parts.pop().unwrap();
+    assert!(contact.estimate.is_none() && contact.about.contains("give `stiffness`"), "{contact:?}");
+}

@@ -21,7 +21,8 @@ const SINGULAR: f64 = 1.25;
 /// Turns of a series from which on it oscillates: a period has two.
 const OSCILLATES: usize = 2;
 
-/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `corner.von-mises`, `energy.elastic`.
+/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `corner.von-mises`, `energy.elastic`,
+/// `frequency.1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityOfInterest {
     of: QuantitySource,
@@ -40,6 +41,8 @@ enum QuantitySource {
     Force { pin: String, axis: usize },
     /// An energy [J].
     Energy(EnergyPart),
+    /// A natural frequency about the start by its number from 1, the lowest first [Hz].
+    Frequency(usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +65,8 @@ enum TimeStatistic {
 /// Error of a text that is no quantity of interest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no quantity: it is PROBE.x, PROBE.von-mises, PROBE.stress.xx, PIN.force.x or energy.elastic, \
-     energy.kinetic, energy.total, and then nothing or one of end, max, min, mean, rms, for example \
+    "`{0}` is no quantity: it is PROBE.x, PROBE.von-mises, PROBE.stress.xx, PIN.force.x, frequency.1 or \
+     energy.elastic, energy.kinetic, energy.total, and then nothing or one of end, max, min, mean, rms, for example \
      \"tip.y max\""
 )]
 pub struct NoQuantity(String);
@@ -92,6 +95,10 @@ impl FromStr for QuantityOfInterest {
             ("energy", "elastic") => QuantitySource::Energy(EnergyPart::Elastic),
             ("energy", "kinetic") => QuantitySource::Energy(EnergyPart::Kinetic),
             ("energy", "total") => QuantitySource::Energy(EnergyPart::Total),
+            ("frequency", number) => {
+                let number = number.parse().ok().filter(|number| *number > 0);
+                QuantitySource::Frequency(number.ok_or_else(error)?)
+            }
             (probe, "von-mises") => QuantitySource::Stress { probe: probe.to_owned(), component: None },
             _ if of.ends_with(".stress") => {
                 let component = COMPONENTS.iter().position(|name| *name == last).ok_or_else(error)?;
@@ -118,6 +125,7 @@ impl std::fmt::Display for QuantityOfInterest {
                 write!(formatter, "{probe}.stress.{}", COMPONENTS[*component])
             }
             QuantitySource::Force { pin, axis } => write!(formatter, "{pin}.force.{}", axes[*axis]),
+            QuantitySource::Frequency(number) => write!(formatter, "frequency.{number}"),
             QuantitySource::Energy(part) => {
                 let name = ["elastic", "kinetic", "total"][*part as usize];
                 write!(formatter, "energy.{name}")
@@ -154,7 +162,7 @@ impl QuantityOfInterest {
                 let names = assembly.simulation.reaction_names();
                 *axis < dimension && names.iter().filter(|name| is_named(name, pin)).count() == 1
             }
-            QuantitySource::Energy(_) => true,
+            QuantitySource::Energy(_) | QuantitySource::Frequency(_) => true,
         }
     }
 
@@ -165,21 +173,33 @@ impl QuantityOfInterest {
             QuantitySource::Stress { .. } => "Pa",
             QuantitySource::Force { .. } => "N",
             QuantitySource::Energy(_) => "J",
+            QuantitySource::Frequency(_) => "Hz",
         }
     }
 
-    /// Formal order of its error in space for elements of order `q` in statics, with exact loads: `q + 1` of
-    /// displacements and of recovered stresses, `2 q` of energies and of whole reactions.
-    pub fn order_in_space(&self, q: u32) -> u32 {
-        match self.of {
+    /// Formal order of its error in space for elements of order `q`. In statics with exact loads: `q + 1` of
+    /// displacements and of recovered stresses, `2 q` of energies and of whole reactions. In dynamics, where
+    /// masses are lumped: 2. Frequencies, whose masses are consistent: `2 q`.
+    pub fn order_in_space(&self, q: u32, is_static: bool) -> f64 {
+        f64::from(match self.of {
+            QuantitySource::Frequency(_) => 2 * q,
+            _ if !is_static => 2,
             QuantitySource::Displacement { .. } | QuantitySource::Stress { .. } => q + 1,
             _ => 2 * q,
-        }
+        })
     }
 
     /// True if the value is that of the last moment.
     pub fn is_at_the_end(&self) -> bool {
         self.statistic == TimeStatistic::End
+    }
+
+    /// Number of the natural frequency that it is, from 1.
+    pub fn frequency(&self) -> Option<usize> {
+        match self.of {
+            QuantitySource::Frequency(number) => Some(number),
+            _ => None,
+        }
     }
 
     /// Probe whose recovered stress it reads.
@@ -224,6 +244,8 @@ impl QuantityOfInterest {
                 let (first, second) = (named.next()?, named.next());
                 (second.is_none() && *axis < frame.dimension).then_some(first.force[*axis])
             }
+            // No series: the value is that of the modes.
+            QuantitySource::Frequency(_) => None,
             QuantitySource::Energy(part) => {
                 let diagnostics = frame.diagnostics?;
                 Some(match part {
@@ -250,6 +272,13 @@ pub struct QuantityValue {
     pub half_range: f64,
     /// Largest magnitude over time.
     pub largest: f64,
+}
+
+impl QuantityValue {
+    /// Value of a quantity that does not change over time.
+    fn steady(value: f64) -> QuantityValue {
+        QuantityValue { value, half_range: f64::INFINITY, largest: value.abs() }
+    }
 }
 
 /// Values of quantities at the frames of a run.

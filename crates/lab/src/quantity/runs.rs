@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use pliant::observer::Work;
 use pliant::run::{Outcome, Plan, run};
 use pliant_scene::assembly::{Assembly, Report, UnstableStep};
 use pliant_scene::{ProbeSpec, Problem, Scene};
@@ -102,18 +103,37 @@ impl<'a> QuantityRuns<'a> {
         let started = Instant::now();
         let mut assembly = self.assembled(scene, UnstableStep::Refuse)?;
         let setup = started.elapsed().as_secs_f64();
-        let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
         let started = Instant::now();
-        let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
-        let stepping = started.elapsed().as_secs_f64();
-        match summary.outcome {
-            Outcome::Done => Ok(QuantityRun {
-                values: (0..self.quantities.len()).map(|i| observer.value(i)).collect(),
-                unknowns: assembly.report.free_coordinates,
-                statistics: RunStatistics::new(summary.work, setup, stepping),
-            }),
-            Outcome::Interrupted => Err(NoValues::Interrupted),
-            _ => Err(NoValues::Failed),
+        let frequencies = self.frequencies(&mut assembly)?;
+        let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
+        let needs_run = self.quantities.iter().any(|quantity| quantity.frequency().is_none());
+        let mut work = Work::default();
+        if needs_run {
+            let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
+            match summary.outcome {
+                Outcome::Done => work = summary.work,
+                Outcome::Interrupted => return Err(NoValues::Interrupted),
+                _ => return Err(NoValues::Failed),
+            }
         }
+        let stepping = started.elapsed().as_secs_f64();
+        let value = |(i, quantity): (usize, &QuantityOfInterest)| match quantity.frequency() {
+            Some(number) => QuantityValue::steady(frequencies[number - 1]),
+            None => observer.value(i),
+        };
+        Ok(QuantityRun {
+            values: self.quantities.iter().enumerate().map(value).collect(),
+            unknowns: assembly.report.free_coordinates,
+            statistics: RunStatistics::new(work, setup, stepping),
+        })
+    }
+
+    /// Natural frequencies about the start, as many as quantities name [Hz].
+    fn frequencies(&self, assembly: &mut Assembly) -> Result<Vec<f64>, NoValues> {
+        let Some(count) = self.quantities.iter().filter_map(QuantityOfInterest::frequency).max() else {
+            return Ok(vec![]);
+        };
+        let modes = assembly.simulation.modes(count).map_err(|error| NoValues::Refused(error.to_string()))?;
+        Ok(modes.modes.iter().map(|mode| mode.frequency).collect())
     }
 }

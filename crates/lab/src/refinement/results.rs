@@ -196,7 +196,7 @@ impl QuantityRefinement {
             let mut floors: Vec<&RefinedRow> =
                 rows.iter().filter(|row| row.is_floor && row.family == family).collect();
             floors.sort_by_key(|row| row.level);
-            let expected = if is_static { f64::from(quantity.order_in_space(family.order())) } else { 2.0 };
+            let expected = quantity.order_in_space(family.order(), is_static);
             if !floors.is_empty() {
                 ladders.push(ElementLadder::new(family, &floors, (index, quantity), expected));
             }

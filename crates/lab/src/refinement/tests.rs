@@ -336,3 +336,41 @@ fn stresses_at_a_corner_have_no_limit() {
     );
     assert_eq!(reasons.len(), 2);
 }
+
+/// A square whose sides slide (`error.md`, section 4.5): frequencies in plane stress, with consistent masses.
+#[test]
+fn frequencies_have_the_limits_and_orders_of_the_continuous_problem() {
+    let plate = "dimension = 2
+        time = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.01 }
+        [[body]]
+        mesh = { grid = { cells = [4, 4], size = [1.0, 1.0] } }
+        elastic = { linear = { young = 1000.0, poisson = 0.3, plane = 'stress' } }
+        mass = { density = 1.0 }
+        pin = [
+            { half_space = { normal = [1.0, 0.0], offset = 0.0 }, axes = ['x'] },
+            { half_space = { normal = [-1.0, 0.0], offset = -1.0 }, axes = ['x'] },
+            { half_space = { normal = [0.0, 1.0], offset = 0.0 }, axes = ['y'] },
+            { half_space = { normal = [0.0, -1.0], offset = -1.0 }, axes = ['y'] },
+        ]";
+    let results = refined(plate, |plan| {
+        plan.quantities = of(&["frequency.1", "frequency.2"]);
+        plan.contenders = vec![];
+    });
+    let results = results.unwrap();
+    for (quantity, truth) in results.quantities.iter().zip([13.867_504_905_630_7, 16.574_838_603_294_9]) {
+        let reference = quantity.reference.as_ref().unwrap();
+        assert!(
+            (reference.value - truth).abs() <= reference.uncertainty,
+            "{}: {reference:?}",
+            quantity.quantity
+        );
+        assert!(
+            reference.agrees && reference.uncertainty < 1e-3 * truth && quantity.unit == "Hz",
+            "{reference:?}"
+        );
+        for (ladder, order) in quantity.ladders.iter().zip([2.0, 4.0, 2.0, 4.0]) {
+            let observed = ladder.estimate.as_ref().unwrap().order;
+            assert!((observed - order).abs() < 0.2, "{:?}: {observed}", ladder.family);
+        }
+    }
+}
