@@ -161,7 +161,7 @@ fn the_page_of_the_suite_has_all_cases_with_verdicts_by_one_definition() {
         assert!(!inverted || row[7] != "pass", "inverted elements are flagged: {row:?}");
     }
     let compared = page("guide/compared.md");
-    let after = compared.split("the torture suite](../stress.md)").nth(1).unwrap();
+    let after = compared.split("the robustness suite](../stress.md)").nth(1).unwrap();
     let sentence = after.split('.').next().unwrap();
     assert!(!sentence.contains(|c: char| c.is_ascii_digit()), "{sentence}");
 }

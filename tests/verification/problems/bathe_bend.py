@@ -1,7 +1,7 @@
-"""A cantilever of square section, 1 x 1, that runs along an eighth of a circle of radius 100 in the plane,
-E = 1e7, nu = 0, bends far out of it under a force of 600 at its end. Published are the displacements of the
-end, by beams; the solid is of St. Venant and Kirchhoff's material, by tetrahedra of second order with curved
-sides.
+"""A cantilever of square section, 1 x 1, along an eighth of a circle of radius 100 in a plane, E = 1e7, nu =
+0, bends far out of the plane under a force of 600 at its end. The published displacements of the end are
+those of beam elements. The solid is St. Venant-Kirchhoff material, in tetrahedra of second order with
+curved sides.
 """
 
 from math import cos, pi, sin

@@ -1,6 +1,6 @@
-"""A tuning fork of steel in the air: prongs of 3 x 3 mm, 66.74 mm long, on half a ring with the radii 4.2
-and 7.2 mm, on a stem of 3 x 3 mm that ends 30 mm below the centre of the ring; E = 207 GPa, nu = 0.33,
-7829 kg/m^3. The meshes are ours, of the same shape and elements with curved sides.
+"""A free steel tuning fork: prongs of 3 x 3 mm, 66.74 mm long, on half a ring with the radii 4.2 and 7.2 mm,
+on a stem of 3 x 3 mm that ends 30 mm below the centre of the ring; E = 207 GPa, nu = 0.33, 7829 kg/m^3.
+The meshes are ours, of the same shape, by elements with curved sides.
 """
 
 from math import asin, cos, pi, sin

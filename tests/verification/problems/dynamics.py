@@ -1,13 +1,13 @@
 """Motions and vibrations of continua with closed forms or limits known to many digits.
 
-- A mass on a spring of 10 kN/m, let go at 60 degrees: where it is after 10 s.
+- A mass on a spring of 10 kN/m, released at 60 degrees: its position after 10 s.
 - Ten masses of 0.1 kg on springs of 100 N/m between two walls, the first displaced by 1.
-- A block on an incline, of friction 0.3 and 28.6 degrees, and of 0.5 and 34.4: how far it slid in 1 s.
-  Implicit Euler is ahead by half a step.
-- A cantilever of 10 m by 1 m in plane strain, its frequencies.
-- A string under tension, stretched by 2 %: its frequencies about the equilibrium. Lumped masses are slower,
-  by (j pi / n)^2 / 24.
-- A column under a part of Euler's load: the square of its lowest frequency over that without load.
+- A block on an incline, with friction coefficient 0.3 at 28.6 degrees, and 0.5 at 34.4: the sliding
+  distance after 1 s. Implicit Euler is ahead by half a step.
+- A cantilever of 10 m by 1 m in plane strain: its natural frequencies.
+- A string under tension, stretched by 2 %: its frequencies about the equilibrium. Lumped masses lower
+  them by (j pi / n)^2 / 24.
+- A column under a fraction of Euler's load: the square of its lowest frequency over that without load.
 """
 
 from math import cos, pi, sin, sqrt

@@ -1,6 +1,6 @@
-"""A cantilever that bends far under a dead force at its tip, `a = F L^2 / (E I)`: rise `w` and shortening
-`u` of the tip over the length. The solid is neo-Hookean with nu = 0, twenty times longer than high. The
-thin beam of theory neither shears nor stretches: the solid's limits differ by up to 0.2 %.
+"""A cantilever under a large dead force at its tip, `a = F L^2 / (E I)`: rise `w` and shortening `u` of the
+tip over the length. The solid is neo-Hookean with nu = 0, twenty times longer than high. The thin beam of
+theory neither shears nor stretches: the solid's limits differ by up to 0.2 %.
 """
 
 from case import STATIC, Row

@@ -1,7 +1,7 @@
-"""Half a disk of radius 1 m, E = 1 MPa, nu = 0.3, pressed 8.1 mm on to a plane: `scenes/hertz_2d.toml`,
-triangles of first order, whose edges are 5 mm long where they touch. By the force F per metre, `E* = E /
-(1 - nu^2)`, the strip that touches is 2 a wide, `a = sqrt(4 F R / (pi E*))`, its greatest pressure `p0 =
-2 F / (pi a)`.
+"""Half a disk of radius 1 m, E = 1 MPa, nu = 0.3, is pressed 8.1 mm onto a plane: `scenes/hertz_2d.toml`,
+triangles of first order, with edges of 5 mm at the contact. For the force F per metre and `E* = E / (1 -
+nu^2)`, the half width of contact is `a = sqrt(4 F R / (pi E*))`, and the largest pressure `p0 = 2 F / (pi
+a)`.
 """
 
 from math import log, pi, sqrt

@@ -1,14 +1,14 @@
 """A straight cantilever, 6 x 0.2 x 0.1 (along x, y, z), E = 1e7, nu = 0.3, clamped at x = 0, with a unit
-force or a unit torque at its tip. Published are the answers of beam theory. Loads are tractions of the
-end face.
+force or a unit torque at its tip. The published answers are those of beam theory. Loads are tractions of
+the end face.
 
-Three things of the theory are not those of a solid. Clamping all of the end face holds the lateral
+A solid differs from the theory in three points. Clamping all of the end face prevents the lateral
 contraction there: a solid is a little stiffer. The twist of the table is not that of St. Venant for this
-section, `T L / (G J)` with `J = 0.2287 b t^3`, which gives 0.03406; both are compared. And a force at
-the end shears the beam.
+section, `T L / (G J)` with `J = 0.2287 b t^3`, which gives 0.03406; both are compared. A force at the end
+also shears the beam.
 
-The meshes of 6 x 1 x 1 are the paper's, where one element of eight nodes is told from another. Ours takes
-the moment as constant along a cell, and the section of the first one, which is clamped, cannot warp. See
+The meshes of 6 x 1 x 1 are the paper's, which distinguish elements of eight nodes from each other. In our
+cell the moment is constant along the cell, and the clamped section of the first cell cannot warp. See
 [the page of elements](how-to/element.md#quadrilaterals-and-hexahedra-that-bend)."""
 
 from case import STATIC, Row

@@ -1,6 +1,6 @@
-"""A quarter of a ring, radii 4.12 and 4.32, thickness 0.1, E = 1e7, nu = 0.25, clamped at one end; a unit
-force at the other, in the plane along the radius of the clamped end, or out of it. Published are the
-answers of beam theory, and those to which solid elements converge.
+"""A quarter of a ring, radii 4.12 and 4.32, thickness 0.1, E = 1e7, nu = 0.25, is clamped at one end, with a
+unit force at the other, in the plane along the radius of the clamped end, or out of it. The published
+answers are those of beam theory, and those to which solid elements converge.
 """
 
 from math import cos, pi, sin

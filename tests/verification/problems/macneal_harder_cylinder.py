@@ -1,5 +1,5 @@
-"""A thick pipe in plane strain, radii 3 and 9, E = 1000, under an inner pressure of 1, from nearly
-compressible to nearly incompressible: what locks moves too little. A quarter of it; the closed form is
+"""A quarter of a thick pipe in plane strain, radii 3 and 9, E = 1000, under an internal pressure of 1, from
+nearly compressible to nearly incompressible. Elements that lock deform too little. The closed form is
 Lamé's.
 """
 

@@ -1,11 +1,11 @@
-"""The displacement of the boundary is linear in the place, that of the nodes inside is free: strains and
-stresses must be the same everywhere, however irregular the elements. Patches of one square and one cube;
-both materials have E = 1e6 and nu = 0.25. Printed is the stress in the element of a probe, for
-displacements that are 1e-5 of the paper's, multiplied by 1e5: the stress of the program is that of
-Cauchy, which at strains of 1e-3 differs from Hooke's by a part of 1e-3.
+"""The displacement of the boundary is linear in the position, and the inner nodes are free: strains and
+stresses must be uniform, however irregular the elements. Patches of one square and one cube; both
+materials have E = 1e6 and nu = 0.25. The result is the stress in the element of a probe, for
+displacements that are 1e-5 of the paper's, multiplied by 1e5: the program's stress is Cauchy's, which at
+strains of 1e-3 differs from Hooke's by a fraction of 1e-3.
 
-As published one hexahedron has a negative det J at the node (0.320, 0.186, 0.643), -8 % of its mean, though
-positive ones at all points of integration. The program says so, and computes.
+One published hexahedron has a negative det J at the node (0.320, 0.186, 0.643), -8 % of its mean, though
+positive ones at all quadrature points. The program warns of it, and computes.
 """
 
 from case import STATIC, Row

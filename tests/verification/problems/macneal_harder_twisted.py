@@ -1,5 +1,5 @@
-"""A cantilever of length 12 and section 1.1 x 0.32 that is twisted by 90 degrees over its length, E = 29e6,
-nu = 0.22; a unit force at the tip, along the wide or the narrow side of the end.
+"""A cantilever of length 12 and section 1.1 x 0.32, twisted by 90 degrees over its length, E = 29e6, nu =
+0.22, with a unit force at the tip, along the wide or the narrow side of the end.
 """
 
 from math import cos, pi, sin

@@ -1,6 +1,5 @@
-"""A free square plate of steel, 10 m x 10 m x 5 cm, by tetrahedra of second order, one through the
-thickness: six motions of a rigid body, then these. Elements many times as wide as they are thick are too
-stiff in twist.
+"""A free square steel plate, 10 m x 10 m x 5 cm, by tetrahedra of second order, one through the thickness:
+six rigid-body modes, then these. Elements many times as wide as thick are too stiff in twist.
 """
 
 from case import STATIC, Row

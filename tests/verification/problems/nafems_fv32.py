@@ -1,5 +1,5 @@
 """A tapered membrane in plane stress, 10 m long and 5 to 1 m high, clamped at its wide end. The targets are
-mesh values themselves: converged ones are 0.01 to 0.05 % lower.
+mesh values themselves: converged values are 0.01 to 0.05 % lower.
 """
 
 from case import STATIC, Row

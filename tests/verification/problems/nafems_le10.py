@@ -1,9 +1,9 @@
-"""A thick plate, a quarter of an elliptic ring with the outlines of LE1 and 0.6 m thick, under a pressure
-of 1 MPa on its upper face: the stress sigma_yy at the inner end of the long axis, on the upper face
-(point D). The outer side is held in the plane, its middle line across it.
+"""A thick plate, a quarter of an elliptic ring with the outlines of LE1 and 0.6 m thick, under a pressure of
+1 MPa on its upper face: the stress sigma_yy at the inner end of the long axis, on the upper face (point
+D). The outer side is fixed in the plane, its middle line in the vertical direction.
 
-(On CoFEA's fine meshes of second order CalculiX gives -5.77 with tetrahedra and -5.65 MPa with
-hexahedra, Code_Aster -5.85 and -5.66, Elmer -3.51 and -5.65.)
+(On CoFEA's fine meshes of second order CalculiX gives -5.77 with tetrahedra and -5.65 MPa with hexahedra,
+Code_Aster -5.85 and -5.66, Elmer -3.51 and -5.65.)
 """
 
 from math import cos, pi, sin

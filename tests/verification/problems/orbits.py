@@ -1,7 +1,7 @@
 """Motions with closed forms or known to many digits: Kepler's ellipse of eccentricity 0.6 and 0.9 at t = 10
 and 100, the figure of eight after a third of its period, Burrau's three bodies, which almost collide, at
-t = 10 and 70. Gauss-Radau of order 15, whose steps follow its own criterion; velocity Verlet beside,
-whose errors an independent implementation of the same scheme has, too.
+t = 10 and 70. The integrators are Gauss-Radau of order 15 with its own adaptive steps, and velocity
+Verlet, whose errors an independent implementation has, too.
 """
 
 from math import sqrt
@@ -13,7 +13,7 @@ SOURCES = {
     "Kepler": "the equation of Kepler, solved to 30 digits (section A2 of the set-ups).",
     "A2": "an independent velocity Verlet of the same steps (section A2): its error.",
     "Chenciner": "A. Chenciner, R. Montgomery, Annals of Mathematics 152 (2000) 881-901; initial values "
-    "of Simó: after a third of the period the bodies have changed places. To 16 digits: "
+    "of Simó: after a third of the period the bodies have exchanged positions. To 16 digits: "
     "section A3.",
     "Burrau": "C. Burrau 1913; V. Szebehely, C. F. Peters, Astronomical Journal 72 (1967) 876-883. To "
     "16 digits: heyoka at two tolerances (section A4).",

@@ -1,7 +1,7 @@
 """A thick tube in plane strain and a thick ball, inner radius 1, outer radius 2, of nearly incompressible
-neo-Hookean rubber, E = 300 kPa, nu = 0.4999, blown up by the pressure that makes the inner radius 1.2, 1.5 or
-2 by the closed forms of an incompressible one. The pressure follows the surface. A quarter of the tube, an
-eighth of the ball.
+neo-Hookean rubber, E = 300 kPa, nu = 0.4999. They are inflated by the pressure that makes the inner
+radius 1.2, 1.5 or 2 in the closed forms of an incompressible one. The pressure follows the surface. The
+meshes are a quarter of the tube and an eighth of the ball.
 """
 
 from math import cos, hypot, log, pi, sin, sqrt

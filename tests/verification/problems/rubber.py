@@ -1,6 +1,6 @@
-"""One cube under tension along x, with free sides: the force over the section at rest (the first
-Piola-Kirchhoff stress) and the sides' stretch at a stretch of 1.5 and 0.7, E = 1 MPa, nu = 0.3. In
-closed form but for one root, the lateral stretch, to 13 digits.
+"""One cube under tension along x, with free sides: the force per reference section (the first
+Piola-Kirchhoff stress) and the lateral stretch at a stretch of 1.5 and 0.7, E = 1 MPa, nu = 0.3. The
+closed form has one root, the lateral stretch, to 13 digits.
 """
 
 from case import STATIC, Row

@@ -1,20 +1,21 @@
-"""Numbers that SOFA's tests of its finite elements expect, with their set-ups: the forces of a tetrahedron
-and of a hexahedron that are stretched, the stiffness matrices of two tetrahedra, and a beam in motion.
+"""Numbers that SOFA's tests of its finite elements expect, with their set-ups: the forces of a stretched
+tetrahedron and of a stretched hexahedron, the stiffness matrices of two tetrahedra, and a beam in motion.
 
 The beam is of 10 x 40 x 10 m, E = 600 Pa, nu = 0.3, 1 kg/m^3, of 3 x 9 x 3 boxes of six tetrahedra, fixed
-where y = 0, let go under 10 m/s^2 along y: 100 steps of 0.01 s of implicit Euler, linearised. Of its corner
-(10, 40, 30) it says little: the wave from the fixed end has hardly come, free fall alone ends at 45.05. So
-the frame of a tetrahedron half-way up is compared, too, at the beginning of the last step: its first axis is
-along an edge, its second in the plane of a face, whose slope tells a stretch of five per cent.
+where y = 0, released under 10 m/s^2 along y: 100 steps of 0.01 s of implicit Euler, linearised. Its
+corner (10, 40, 30) says little: the wave from the fixed end has hardly arrived, and free fall alone ends
+at 45.05. So the frame of a tetrahedron half-way up is compared, too, at the beginning of the last step:
+its first axis is along an edge, its second in the plane of a face, whose slope shows a stretch of five
+per cent.
 
-SOFA's rotation of an element is that frame, that of the corotated material here is the polar one, and SOFA
-takes at most 20 iterations for a step: an independent program gives 9.99985, 45.04868, 30.00108 with both,
-and with the polar rotation and exact solutions what is given here to 2e-6.
+SOFA's rotation of an element is that frame, that of the corotated material here is the polar one, and
+SOFA performs at most 20 iterations a step: an independent program gives 9.99985, 45.04868, 30.00108 with
+both, and with the polar rotation and exact solutions the values of pliant to 2e-6.
 
-SOFA's plugin Caribou has a beam of 2 x 2 x 8 trilinear hexahedra, nu = 0.499, whose end goes down by 21.016
+SOFA's plugin Caribou has a beam of 2 x 2 x 8 trilinear hexahedra, nu = 0.499, whose end sinks by 21.016
 (`unittest/SofaCaribou/ODE/test_static.cpp`). It is not compared: an independent program gives that number
-with eight points of integration and nothing against locking, while the hexahedra here go down by more than
-36 on that mesh, by more than 42 and 47 on those of half and of a quarter of the size.
+with eight quadrature points and no measure against locking, while the hexahedra here sink by more than 36
+on that mesh, by more than 42 and 47 on those of half and of a quarter of the size.
 """
 
 from itertools import product

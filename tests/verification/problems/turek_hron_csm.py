@@ -1,12 +1,12 @@
-"""The flag of the benchmark of flow and structure without the flow: 0.35 m long and 0.02 m thick, of St.
-Venant and Kirchhoff's material in plane strain, nu = 0.4, 1000 kg/m^3, on the arc of a fixed cylinder of
+"""The flag of the benchmark of fluid-structure interaction without the flow: 0.35 m long and 0.02 m thick,
+of St. Venant-Kirchhoff material in plane strain, nu = 0.4, 1000 kg/m^3, on the arc of a fixed cylinder of
 radius 0.05 m, under gravity of 2 m/s^2. CSM1 and CSM2 are equilibria, with E = 1.4 and 5.6 MPa; CSM3 is
-CSM1 let go from rest. The point A is the middle of the free end. Of a motion, the mean and the amplitude
-are (max + min)/2 and (max - min)/2 of the last period, as the benchmark has them.
+CSM1 released from rest. The point A is the middle of the free end. The mean and the amplitude of a motion
+are (max + min)/2 and (max - min)/2 of the last period, as in the benchmark.
 
-The paper's numbers were at hand in a second source for CSM3 only. Those of CSM1 and CSM2 were confirmed
+The paper's numbers were available in a second source for CSM3 only. Those of CSM1 and CSM2 were confirmed
 by an independent program of second-order quadrilaterals (scikit-fem): -7.184 and -66.085 mm, -0.4688 and
--16.969 mm on 140 x 8 cells, still rising with the cells. Of CSM3 it gives a frequency of 1.0959 Hz on 36
+-16.969 mm on 140 x 8 cells, still rising with the cells. For CSM3 it gives a frequency of 1.0959 Hz on 36
 x 2 cells: that of the paper is as exact as a period of 0.91 s in steps of 5 ms.
 """
 
