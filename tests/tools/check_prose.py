@@ -20,9 +20,7 @@ PENDING = {
     "docs/guide/evidence/accuracy.md",
     "docs/guide/evidence/footprint.md",
     "docs/guide/evidence/robustness.md",
-    "docs/guide/how-to/errors.md",
     "docs/guide/how-to/failed.md",
-    "docs/guide/how-to/refine.md",
 }
 
 # A phrase as a regular expression without regard to case, blanks for any white space, and its replacement.
