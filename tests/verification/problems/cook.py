@@ -1,7 +1,7 @@
 """A panel with the corners (0, 0), (48, 44), (48, 60), (0, 44), clamped on its left, with an even load on
 its right; how far the middle (48, 52) or the corner (48, 60) of the right side rises. The literature's
 23.96 is that of the middle. Beyond it, limits of an independent code with elements of fourth order
-(section C9 of the [set-ups](../verification.md)), for large strains and near incompressibility too.
+(section C9 of `tests/verification.md`), for large strains and near incompressibility too.
 """
 
 from case import STATIC, Row
