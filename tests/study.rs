@@ -126,7 +126,7 @@ fn reference(name: &str, duration: f64, vertex: usize) -> (Vec<f64>, f64) {
     (place.to_vec(), reference.error)
 }
 
-/// Name, time, vertex, place, how well docs/verification.md knows it [m], how well the reference is to know
+/// Name, time, vertex, place, how well tests/verification.md knows it [m], how well the reference is to know
 /// itself.
 type Case<'a> = (&'a str, f64, usize, &'a [f64], f64, f64);
 

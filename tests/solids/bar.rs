@@ -42,7 +42,7 @@ fn every_vertex_is_where_an_independent_code_finds_it_after_one_second() {
     }
 }
 
-// C13 W2: the corner, docs/verification.md.
+// C13 W2: the corner, tests/verification.md.
 #[test]
 fn the_corner_is_where_the_plan_has_it() {
     let rows = [

@@ -41,7 +41,7 @@ fn every_vertex_is_where_an_independent_code_finds_it_after_one_second() {
     }
 }
 
-// lecture 16; C13 W1: the tip, docs/verification.md.
+// lecture 16; C13 W1: the tip, tests/verification.md.
 #[test]
 fn the_tip_is_where_the_plan_has_it() {
     let rows = [

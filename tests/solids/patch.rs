@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::support::largest_difference;
 use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, every_material, isotropic, scattered};
 
-/// `I + scale G`, `G` as in C1 of docs/verification.md.
+/// `I + scale G`, `G` as in C1 of tests/verification.md.
 fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
     let g = [[0.01, 0.02, -0.01], [-0.015, 0.03, 0.005], [0.02, -0.01, -0.02]];
     (0..dimension)
