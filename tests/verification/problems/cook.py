@@ -1,7 +1,8 @@
 """A panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) is clamped on its left, with a uniform load
 on its right. The result is the vertical displacement of the middle (48, 52) or the corner (48, 60) of the
 right side. The literature's 23.96 is that of the middle. Further limits, for large strains and near
-incompressibility, are those of an independent code with elements of fourth order (section C9 of `tests/verification.md`).
+incompressibility, are those of an independent code with elements of fourth order (section C9 of
+`tests/verification.md`).
 """
 
 from case import STATIC, Row
