@@ -31,13 +31,10 @@ pub fn chart(results: &RefinementResults, of: &QuantityRefinement) -> Chart {
             if points.is_empty() || (results.is_static && !explicit) {
                 continue;
             }
-            let kind = match (results.is_static, explicit) {
-                (true, _) => "",
-                (_, true) => ", explicit",
-                _ => ", implicit",
-            };
+            // The legend has room for the elements; the hollow mark below is the same by implicit schemes.
+            let name = if explicit { family.words(results.dimension) } else { "  by implicit schemes" };
             chart.lines.push(Line {
-                name: family.words(results.dimension).to_owned() + kind,
+                name: name.to_owned(),
                 points,
                 marked: true,
                 joined: false,

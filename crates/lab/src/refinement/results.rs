@@ -29,6 +29,8 @@ pub struct RefinedRow {
     pub unknowns: usize,
     /// Name of the scheme.
     pub scheme: &'static str,
+    /// Documented order of the scheme.
+    pub order: u32,
     /// True if no step solves equations.
     pub explicit: bool,
     /// Step [s]; `None` in statics.
@@ -328,7 +330,7 @@ pub struct RefinementResults {
 
 impl RefinementResults {
     /// Order of a scheme in time, observed on the coarsest mesh with three steps by factors of 2; `None`
-    /// without one.
+    /// without one, or if these steps are not in its asymptotic range.
     pub fn order_in_time(&self, scheme: &str, quantity: usize) -> Option<f64> {
         let mut meshes: Vec<(usize, ElementFamily)> =
             self.rows.iter().filter(|row| row.scheme == scheme).map(|row| (row.level, row.family)).collect();
@@ -349,8 +351,9 @@ impl RefinementResults {
                 return None;
             }
             let values: Vec<f64> = last.iter().map(|(_, value)| *value).collect();
-            let found = estimate(&values, f64::INFINITY, LadderKind::Step).ok()?;
-            (found.tier != LadderTier::Scattered && found.order.is_finite()).then_some(found.order)
+            let order = self.rows.iter().find(|row| row.scheme == scheme)?.order;
+            let found = estimate(&values, f64::from(order), LadderKind::Step).ok()?;
+            (found.tier == LadderTier::Asymptotic && found.order.is_finite()).then_some(found.order)
         })
     }
 }

@@ -348,6 +348,7 @@ impl MeshSweep<'_> {
             cells: self.cells.words(mesh.scale()),
             unknowns,
             scheme: contender.name(),
+            order: contender.method.documentation.order,
             explicit: contender.method.documentation.solves == 0,
             step,
             values: values.iter().map(|value| value.value).collect(),

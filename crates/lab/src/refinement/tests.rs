@@ -116,7 +116,12 @@ fn the_falling_beam_has_the_limit_of_an_independent_program() {
         assert_eq!(tip.errors.iter().filter(beats).count(), 0);
     }
     let drawn = chart(&results, tip).svg().unwrap();
-    assert!(drawn.contains("linear triangles, explicit") && drawn.contains("front"), "{drawn}");
+    assert!(
+        drawn.contains("linear triangles")
+            && drawn.contains("by implicit schemes")
+            && drawn.contains("front"),
+        "{drawn}"
+    );
 }
 
 #[test]
@@ -162,6 +167,7 @@ fn two_kinds(limits: [f64; 2]) -> QuantityRefinement {
         cells: format!("{}", 1 << level),
         unknowns: 1 << level,
         scheme: "quasi-static",
+        order: 0,
         explicit: false,
         step: None,
         values: vec![value],

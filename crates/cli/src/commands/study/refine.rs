@@ -181,9 +181,10 @@ fn orders(results: &RefinementResults, index: usize, of: &QuantityRefinement) ->
     let mut schemes: Vec<&str> = results.rows.iter().map(|row| row.scheme).collect();
     schemes.sort_unstable();
     schemes.dedup();
-    let in_time = schemes
-        .into_iter()
-        .filter_map(|scheme| Some(format!("{scheme} {:.1} in time", results.order_in_time(scheme, index)?)));
+    let in_time = schemes.into_iter().filter_map(|scheme| {
+        let expected = results.rows.iter().find(|row| row.scheme == scheme)?.order;
+        Some(format!("{scheme} {:.1} of {expected}", results.order_in_time(scheme, index)?))
+    });
     in_space.chain(in_time).collect()
 }
 
