@@ -59,6 +59,8 @@ MORE: list[dict[str, Any]] = [
     solid(2, {"tapered_beam": {"cells": [2, 2], "length": 10.0, "heights": [5.0, 1.0]}}),
     solid(2, {"elliptic_membrane": {"cells": [2, 2], "inner": [2.0, 1.0], "outer": [3.25, 2.75]}}),
     solid(2, GRID, study={"steps": [1e-3, 2e-3], "tolerances": [1e-3, 1e-4]}),
+    solid(2, GRID, study={"refine": 3}, accuracy={"of": "tip.y", "error": "1 %", "budget": 60.0}),
+    {**solid(2, GRID), "body": [{"mesh": GRID, **SOLID, "refine": 1}]},
     solid(
         2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}
     ),

@@ -186,6 +186,27 @@ def refine(
         No run reached its end.
     KeyboardInterrupt
         Ctrl-C.
+
+    Examples
+    --------
+    >>> bar = Scene.from_toml('''
+    ... dimension = 2
+    ... time = { integrator = "quasi-static", step = 1, duration = 1 }
+    ... world = { gravity = [0, -10] }
+    ... [[body]]
+    ... mesh = { grid = { cells = [2, 4], size = [0.5, 1] } }
+    ... elastic = { linear = { young = 1e6, poisson = 0.3 } }
+    ... mass = { density = 1000 }
+    ... pin = [{ half_space = { normal = [0, -1], offset = -1 } }]
+    ... [[probe]]
+    ... name = "foot"
+    ... at = [0.25, 0]
+    ... ''')
+    >>> found = refine(bar, "foot.y", elements=["linear", "quadratic"])
+    >>> found["cells"].tolist()
+    ['2x4', '2x4', '4x8', '4x8', '8x16', '8x16']
+    >>> found.quantities["foot.y"]["reference"]["agrees"]
+    True
     """
     changes: dict[str, Any] = {"study.of": [of] if isinstance(of, str) else list(of)}
     given = {"refine": levels, "elements": elements, "integrators": integrators}
@@ -275,6 +296,27 @@ def solve(
         The accuracy was not proved within the budget.
     KeyboardInterrupt
         Ctrl-C.
+
+    Examples
+    --------
+    >>> bar = Scene.from_toml('''
+    ... dimension = 2
+    ... time = { integrator = "quasi-static", step = 1, duration = 1 }
+    ... world = { gravity = [0, -10] }
+    ... [[body]]
+    ... mesh = { grid = { cells = [2, 4], size = [0.5, 1] } }
+    ... elastic = { linear = { young = 1e6, poisson = 0.3 } }
+    ... mass = { density = 1000 }
+    ... pin = [{ half_space = { normal = [0, -1], offset = -1 } }]
+    ... [[probe]]
+    ... name = "foot"
+    ... at = [0.25, 0]
+    ... ''')
+    >>> run = solve(bar, "foot.y", "1 %")
+    >>> run.proof.interval <= run.wish
+    True
+    >>> Simulation(bar.with_changes(run.changes)).run().steps
+    1
     """
     found = _solve(scene, of, str(accuracy), budget, callback)
     keys = found["keys"]
