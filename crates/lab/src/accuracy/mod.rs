@@ -192,7 +192,7 @@ impl AccuracySearch<'_> {
         let rate = if is_static { 1.0 } else { FRAMES as f64 } / duration;
         let quantities = std::slice::from_ref(self.quantity);
         let plan = Plan { duration, rate };
-        let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt);
+        let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt).within(self.budget);
         let own_step = assembly.simulation.step_size();
         drop(assembly);
         let mut search = AccuracyRuns {

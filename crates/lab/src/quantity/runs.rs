@@ -1,8 +1,10 @@
 //! Runs of one scene with other meshes, schemes and steps, which give the values of quantities.
 
-use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
+use pliant::deadline::until;
 use pliant::observer::Work;
 use pliant::run::{Outcome, Plan, run};
 use pliant_scene::assembly::{Assembly, Report, UnstableStep};
@@ -19,6 +21,8 @@ pub struct QuantityRuns<'a> {
     quantities: &'a [QuantityOfInterest],
     plan: Plan,
     interrupt: &'a AtomicBool,
+    /// Time at which a run ends unfinished; `None` without one.
+    deadline: Option<Instant>,
     /// Probes by their places at rest: vertices have other numbers on other meshes.
     probes: Vec<ProbeSpec>,
 }
@@ -40,6 +44,9 @@ pub enum NoValues {
     /// The scene cannot be assembled.
     #[error("{0}")]
     Refused(String),
+    /// The deadline has passed.
+    #[error("it takes longer than the budget leaves")]
+    Late,
     /// A step failed.
     #[error("a run beside it does not reach the end")]
     Failed,
@@ -66,7 +73,15 @@ impl<'a> QuantityRuns<'a> {
             let is_read = |quantity: &QuantityOfInterest| quantity.stressed_probe() == Some(&spec.name);
             spec.nodal_stress |= quantities.iter().any(is_read);
         }
-        QuantityRuns { quantities, plan, interrupt, probes }
+        QuantityRuns { quantities, plan, interrupt, deadline: None, probes }
+    }
+
+    /// The same, where runs end unfinished after `seconds` from now.
+    #[must_use]
+    pub fn within(self, seconds: f64) -> Self {
+        let deadline =
+            Duration::try_from_secs_f64(seconds).ok().and_then(|time| Instant::now().checked_add(time));
+        QuantityRuns { deadline, ..self }
     }
 
     /// Report on a variant of the scene, without running it.
@@ -105,18 +120,30 @@ impl<'a> QuantityRuns<'a> {
         let setup = started.elapsed().as_secs_f64();
         let started = Instant::now();
         let frequencies = self.frequencies(&mut assembly)?;
+        let mut stepping = started.elapsed().as_secs_f64();
         let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
         let needs_run = self.quantities.iter().any(|quantity| quantity.frequency().is_none());
         let mut work = Work::default();
         if needs_run {
-            let summary = run(&mut assembly.simulation, &self.plan, &mut [&mut observer], self.interrupt);
+            // A single step may exceed the deadline.
+            let is_interrupted = || self.interrupt.load(Ordering::Relaxed);
+            let is_over =
+                || is_interrupted() || self.deadline.is_some_and(|deadline| Instant::now() > deadline);
+            let simulation = &mut assembly.simulation;
+            let summary = until(is_over, |stop| {
+                simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+                let started = Instant::now();
+                let summary = run(simulation, &self.plan, &mut [&mut observer], stop);
+                stepping += started.elapsed().as_secs_f64();
+                summary
+            });
             match summary.outcome {
                 Outcome::Done => work = summary.work,
-                Outcome::Interrupted => return Err(NoValues::Interrupted),
+                Outcome::Interrupted if is_interrupted() => return Err(NoValues::Interrupted),
+                Outcome::Interrupted => return Err(NoValues::Late),
                 _ => return Err(NoValues::Failed),
             }
         }
-        let stepping = started.elapsed().as_secs_f64();
         let value = |(i, quantity): (usize, &QuantityOfInterest)| match quantity.frequency() {
             Some(number) => QuantityValue::steady(frequencies[number - 1]),
             None => observer.value(i),

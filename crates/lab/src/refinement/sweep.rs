@@ -83,7 +83,8 @@ impl RefinementStudy<'_> {
             true => Plan { duration, rate: 1.0 / duration },
             false => Plan { duration, rate: FRAMES as f64 / duration },
         };
-        let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt);
+        let runs =
+            QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt).within(self.plan.budget);
         drop(assembly);
         let mut sweep = MeshSweep {
             plan: self.plan,
@@ -372,6 +373,9 @@ impl MeshSweep<'_> {
                 let Some(scene) = self.on(mesh) else { continue };
                 for contender in self.plan.contenders.clone() {
                     self.check_interrupt()?;
+                    if self.left() <= 0.0 {
+                        return Ok(());
+                    }
                     match contender.method.documentation.solves {
                         0 => self.explicit_steps(mesh, contender, &scene),
                         _ => self.implicit_steps(mesh, contender, &scene, quantities)?,

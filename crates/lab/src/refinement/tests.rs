@@ -384,3 +384,13 @@ fn frequencies_have_the_limits_and_orders_of_the_continuous_problem() {
         }
     }
 }
+
+/// A run that takes longer than the budget ends with it, and is named.
+#[test]
+fn a_budget_ends_the_run_that_exceeds_it() {
+    let slow = FALLING_BEAM
+        .replace("cells = [8, 2]", "cells = [64, 16]")
+        .replace("duration = 1.0", "duration = 1e4");
+    let failure = refined(&slow, |plan| plan.budget = 0.2).unwrap_err();
+    assert!(matches!(failure, RefinementError::NoRun(crate::quantity::NoValues::Late)), "{failure}");
+}
