@@ -74,7 +74,7 @@ pub enum RefinementError {
     #[error("`duration` is 0: there is nothing to study")]
     NoDuration,
     /// No elements could be run on any mesh.
-    #[error("no run reached its end: {0}")]
+    #[error("no run reached its end: {0}; give more time by --budget, or a coarser mesh")]
     NoRun(NoValues),
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}")]

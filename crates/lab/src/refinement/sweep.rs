@@ -211,7 +211,10 @@ impl MeshSweep<'_> {
                         return Err(RefinementError::Interrupted);
                     }
                     self.left_out.push(format!("{}: {reason}", self.words(mesh)));
-                    self.last_failure = Some(reason);
+                    // Elements that the mesh does not have say nothing of the others.
+                    if !matches!(self.last_failure, Some(NoValues::Late | NoValues::Failed)) {
+                        self.last_failure = Some(reason);
+                    }
                     families.retain(|other| *other != family);
                 }
             }
