@@ -6,6 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::observer::{Frame, Observer, ObserverError};
 
+use crate::printable;
 use crate::terminal::Terminal;
 use crate::text::{self, number};
 
@@ -19,6 +20,20 @@ pub(crate) fn spinner(terminal: Terminal) -> Option<ProgressBar> {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     })
+}
+
+/// Does `work`, which says what it begins: in a line that changes, or with `--verbose` in lines of their own.
+pub(crate) fn announced<T>(terminal: Terminal, work: impl FnOnce(&mut (dyn FnMut(&str) + Send)) -> T) -> T {
+    let bar = spinner(terminal);
+    let done = work(&mut |what| match &bar {
+        Some(bar) => bar.set_message(printable::plain(what).into_owned()),
+        None if terminal.verbose => terminal.note(what),
+        None => {}
+    });
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    done
 }
 
 /// Shows on standard error how far a run is.

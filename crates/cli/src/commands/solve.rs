@@ -11,7 +11,7 @@ use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::printable;
-use crate::progress::spinner;
+use crate::progress::announced;
 use crate::terminal::Terminal;
 use crate::text::{counted, number, wrap};
 
@@ -35,18 +35,9 @@ pub(crate) fn execute(arguments: &SolveArguments, terminal: Terminal) -> Result<
     let quantity: QuantityOfInterest = of.parse().map_err(|error: NoQuantity| usage(error.to_string()))?;
     let wish = WishedError::parse(error, &quantity).map_err(|error| usage(error.to_string()))?;
     let budget = arguments.budget.or(given.and_then(|given| given.budget)).unwrap_or(BUDGET);
-    let bar = spinner(terminal);
-    let mut watch = |run: &str| match &bar {
-        Some(bar) => bar.set_message(printable::plain(run).into_owned()),
-        None if terminal.verbose => terminal.note(run),
-        None => {}
-    };
     let search =
         AccuracySearch { source: &input.source, quantity: &quantity, wish, budget, interrupt: interrupted };
-    let found = search.run(&mut watch);
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
+    let found = announced(terminal, |watch| search.run(watch));
     let found = found.map_err(|error| match error {
         AccuracyError::Scene(error) => error.into(),
         AccuracyError::NotReached(_) | AccuracyError::Interrupted => {

@@ -112,7 +112,7 @@ pub struct AccuracySearch<'a> {
     pub source: &'a Source,
     /// The quantity.
     pub quantity: &'a QuantityOfInterest,
-    /// Its error.
+    /// Largest error that it may have.
     pub wish: WishedError,
     /// Wall time of the search [s].
     pub budget: f64,

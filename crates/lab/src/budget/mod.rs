@@ -132,7 +132,7 @@ pub fn error_budget(
     budget_of(&scene, assembly, quantities, interrupt, begun)
 }
 
-/// As [`error_budget`], of a scene without a text.
+/// Estimates as [`error_budget`] does, for a scene without a text.
 pub(crate) fn budget_of_scene(
     scene: &Scene,
     quantities: &[QuantityOfInterest],

@@ -2,6 +2,8 @@
 //! with other schemes and steps, which give their values.
 
 mod cells;
+#[cfg(test)]
+pub(crate) mod problems;
 mod runs;
 
 pub use cells::{CellMeshes, CellScale, ElementFamily, RunKey};

@@ -76,7 +76,7 @@ impl<'a> QuantityRuns<'a> {
         QuantityRuns { quantities, plan, interrupt, deadline: None, probes }
     }
 
-    /// The same, where runs end unfinished after `seconds` from now.
+    /// Lets runs end unfinished after `seconds` from now.
     #[must_use]
     pub fn within(self, seconds: f64) -> Self {
         let deadline =
@@ -87,7 +87,7 @@ impl<'a> QuantityRuns<'a> {
     /// Report on a variant of the scene, without running it.
     ///
     /// # Errors
-    /// It cannot be simulated; the first problem.
+    /// [`NoValues::Refused`] with the first problem.
     pub fn report(&self, scene: &Scene) -> Result<Report, NoValues> {
         Ok(self.assembled(scene, UnstableStep::Accept)?.report)
     }

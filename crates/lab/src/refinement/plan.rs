@@ -9,8 +9,6 @@ use crate::study::Contender;
 
 /// Default number of meshes.
 const LEVELS: usize = 3;
-/// Largest number of meshes.
-const MOST_LEVELS: usize = 6;
 /// Default budget [s].
 const BUDGET: f64 = 60.0;
 /// Default schemes: the usual explicit one, and implicit ones of order 1, 2 and 4.
@@ -79,7 +77,7 @@ impl RefinementPlan {
             }
         }
         Ok(RefinementPlan {
-            levels: spec.refine.unwrap_or(LEVELS).clamp(1, MOST_LEVELS),
+            levels: spec.refine.unwrap_or(LEVELS),
             families,
             contenders,
             quantities,

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::convergence::{LadderEstimate, LadderKind, LadderTier, estimate};
 use crate::quantity::{ElementFamily, QuantityOfInterest, RunKey};
 use crate::statistics::RunStatistics;
+use crate::study::pareto;
 
 /// Errors below this multiple of what is known of the reference are left out.
 const TOLD: f64 = 3.0;
@@ -47,6 +48,15 @@ pub struct RefinedRow {
     pub is_floor: bool,
     /// Keys that make the scene this run.
     pub keys: Vec<RunKey>,
+}
+
+impl RefinedRow {
+    /// The row of the same mesh whose error is the mesh's; this row without one.
+    pub(super) fn floor<'a>(&'a self, rows: &'a [RefinedRow]) -> &'a RefinedRow {
+        let is_floor =
+            |row: &&RefinedRow| row.is_floor && row.family == self.family && row.level == self.level;
+        rows.iter().find(is_floor).unwrap_or(self)
+    }
 }
 
 /// Values of a quantity on finer and finer meshes of the same elements.
@@ -99,7 +109,7 @@ impl ElementLadder {
 pub struct QuantityReference {
     /// The value.
     pub value: f64,
-    /// Its uncertainty.
+    /// Half-width of the interval about the value that is to hold the truth.
     pub uncertainty: f64,
     /// Elements that it comes from.
     pub family: ElementFamily,
@@ -145,7 +155,7 @@ pub struct RowError {
     pub row: usize,
     /// Difference from the reference.
     pub net: f64,
-    /// The same, or the error of the row's mesh with the smallest step if that is larger.
+    /// Larger of this and the error of the row's mesh with the smallest step.
     pub total: f64,
     /// True if the reference is known well enough to tell the error.
     pub told: bool,
@@ -171,6 +181,9 @@ pub struct QuantityRefinement {
     pub quantity: String,
     /// Unit of all values.
     pub unit: &'static str,
+    /// Its place among the quantities of the rows.
+    #[serde(skip)]
+    pub(super) index: usize,
     /// Size of the quantity that errors are relative to: its largest magnitude over time.
     pub scale: f64,
     /// Values on the meshes of each kind of elements, with the smallest steps.
@@ -186,7 +199,7 @@ pub struct QuantityRefinement {
 }
 
 impl QuantityRefinement {
-    /// Evaluates a quantity of all rows.
+    /// Finds the reference of a quantity from the floors in `rows`; [`compare`](Self::compare) evaluates rows.
     pub(super) fn new(
         index: usize,
         quantity: &QuantityOfInterest,
@@ -213,35 +226,40 @@ impl QuantityRefinement {
             Some(reference) => largest(Some(reference.family)).max(reference.value.abs()),
             None => largest(None),
         };
-        let mut own = QuantityRefinement {
+        QuantityRefinement {
             quantity: quantity.to_string(),
             unit: quantity.unit(),
+            index,
             scale,
             ladders,
             reference,
             errors: vec![],
             front: vec![],
             cheapest: vec![],
-        };
-        own.compare(index, rows);
-        own
+        }
     }
 
-    /// Errors, front and advice.
-    fn compare(&mut self, index: usize, rows: &[RefinedRow]) {
+    /// Error of a row without that of its mesh; `None` without a reference.
+    fn net(&self, row: &RefinedRow) -> Option<f64> {
+        Some((row.values[self.index] - self.reference.as_ref()?.value).abs() / self.scale)
+    }
+
+    /// Error of a row, at least that of its mesh, whose row is `floor`; `None` without a reference.
+    pub(super) fn total(&self, row: &RefinedRow, floor: &RefinedRow) -> Option<f64> {
+        Some(self.net(row)?.max(self.net(floor)?))
+    }
+
+    /// Evaluates errors, front and advice of all rows.
+    pub(super) fn compare(&mut self, rows: &[RefinedRow]) {
         let Some(reference) = &self.reference else { return };
-        let net = |row: &RefinedRow| (row.values[index] - reference.value).abs() / self.scale;
         let least = TOLD * reference.known() / self.scale;
-        let errors = rows.iter().enumerate().map(|(i, row)| {
-            let floor = rows
-                .iter()
-                .find(|floor| floor.is_floor && floor.family == row.family && floor.level == row.level);
-            let net = net(row);
-            let total = floor.map_or(net, |floor| net.max(self::net(floor, index, reference, self.scale)));
-            RowError { row: i, net, total, told: total >= least }
-        });
-        self.errors = errors.collect();
-        self.front = front(&self.errors, rows);
+        let error = |(i, row): (usize, &RefinedRow)| {
+            let total = self.total(row, row.floor(rows))?;
+            Some(RowError { row: i, net: self.net(row)?, total, told: total >= least })
+        };
+        self.errors = rows.iter().enumerate().filter_map(error).collect();
+        let told = self.errors.iter().filter(|of| of.told);
+        self.front = pareto(told.map(|of| (of.row, rows[of.row].seconds, of.total)).collect());
         self.cheapest = TARGETS.map(|error| self.cheapest_for(error, rows)).to_vec();
     }
 
@@ -280,27 +298,6 @@ impl QuantityRefinement {
         };
         self.errors.iter().find(is_floor).map(|of| of.net)
     }
-}
-
-fn net(row: &RefinedRow, index: usize, reference: &QuantityReference, scale: f64) -> f64 {
-    (row.values[index] - reference.value).abs() / scale
-}
-
-/// Rows that no other row beats in both error and time, the fastest first.
-fn front(errors: &[RowError], rows: &[RefinedRow]) -> Vec<usize> {
-    let mut ranked: Vec<&RowError> = errors.iter().filter(|of| of.told).collect();
-    ranked.sort_by(|a, b| {
-        rows[a.row].seconds.total_cmp(&rows[b.row].seconds).then(a.total.total_cmp(&b.total))
-    });
-    let mut best = f64::INFINITY;
-    let mut front = vec![];
-    for of in ranked {
-        if of.total < best {
-            best = of.total;
-            front.push(of.row);
-        }
-    }
-    front
 }
 
 /// Part as text: `1.2 %`, `0.04 %`, `2e-6`.

@@ -107,16 +107,19 @@ impl RefinementStudy<'_> {
             let failure = sweep.last_failure.unwrap_or(NoValues::Failed);
             return Err(RefinementError::NoRun(failure));
         }
-        if !is_static {
-            sweep.schemes(quantities)?;
-        }
+        // References come from the floors alone.
         let evaluated = quantities.iter().enumerate();
-        let evaluated =
-            evaluated.map(|(i, quantity)| QuantityRefinement::new(i, quantity, &sweep.rows, is_static));
+        let mut evaluated: Vec<QuantityRefinement> = evaluated
+            .map(|(i, quantity)| QuantityRefinement::new(i, quantity, &sweep.rows, is_static))
+            .collect();
+        if !is_static {
+            sweep.schemes(&evaluated)?;
+        }
+        evaluated.iter_mut().for_each(|of| of.compare(&sweep.rows));
         Ok(RefinementResults {
             dimension: sweep.scene.dimension,
             is_static,
-            quantities: evaluated.collect(),
+            quantities: evaluated,
             rows: sweep.rows,
             left_out: sweep.left_out,
             failed: sweep.failed,
@@ -190,15 +193,11 @@ impl MeshSweep<'_> {
             for family in families.clone() {
                 self.check_interrupt()?;
                 let mesh = FamilyMesh { family, level };
-                let before = self
-                    .rows
-                    .iter()
-                    .find(|row| row.is_floor && FamilyMesh { family, level: level.max(1) - 1 }.holds(row));
                 let ratio = match self.is_static {
                     true => 1.5 * self.cells.directions() as f64,
                     false => self.cells.directions() as f64 + 1.0,
                 };
-                let expected = before.filter(|_| level > 0).map_or(0.0, |row| row.seconds * ratio.exp2());
+                let expected = self.coarser_floor(mesh).map_or(0.0, |row| row.seconds * ratio.exp2());
                 if level > 0
                     && expected > FOR_FLOORS * self.plan.budget - self.started.elapsed().as_secs_f64()
                 {
@@ -206,7 +205,7 @@ impl MeshSweep<'_> {
                     families.retain(|other| *other != family);
                     continue;
                 }
-                if let Err(reason) = self.floor(mesh)? {
+                if let Err(reason) = self.floor(mesh) {
                     if reason == NoValues::Interrupted {
                         return Err(RefinementError::Interrupted);
                     }
@@ -223,19 +222,16 @@ impl MeshSweep<'_> {
     }
 
     /// Runs a mesh with a small step.
-    fn floor(&mut self, mesh: FamilyMesh) -> Result<Result<(), NoValues>, RefinementError> {
+    fn floor(&mut self, mesh: FamilyMesh) -> Result<(), NoValues> {
         let Some(scene) = self.on(mesh) else {
-            return Ok(Err(NoValues::Refused("the mesh has no such elements".into())));
+            return Err(NoValues::Refused("the mesh has no such elements".into()));
         };
         if self.is_static {
             let own = Contender::from(scene.time.integrator);
-            return Ok(self.measure(mesh, own, &scene, None, true).map(|_| ()));
+            return self.measure(mesh, own, &scene, None, true).map(|_| ());
         }
         let verlet = Contender::from(pliant::integrator::IntegratorSpec::VelocityVerlet);
-        let report = match self.runs.report(&self.paced(&scene, verlet, self.own_step)) {
-            Ok(report) => report,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let report = self.runs.report(&self.paced(&scene, verlet, self.own_step))?;
         if let Some(limit) = report.stability.as_ref().map(|stability| stability.step) {
             for halving in FLOOR_HALVINGS {
                 let parts = halving * self.parts_below(EXPLICIT_PART * limit);
@@ -244,37 +240,29 @@ impl MeshSweep<'_> {
                 if expected > 0.5 * FOR_FLOORS * self.plan.budget {
                     break;
                 }
-                if self.measure(mesh, verlet, &scene, Some(self.grid.step(parts)), true).is_ok() {
-                    return Ok(Ok(()));
+                match self.measure(mesh, verlet, &scene, Some(self.grid.step(parts)), true) {
+                    Err(NoValues::Failed) => {}
+                    done => return done.map(|_| ()),
                 }
-                self.check_interrupt()?;
             }
         }
         self.implicit_floor(mesh, &scene)
     }
 
     /// Halves the step of an implicit scheme until it does not matter beside the mesh.
-    fn implicit_floor(
-        &mut self,
-        mesh: FamilyMesh,
-        scene: &Scene,
-    ) -> Result<Result<(), NoValues>, RefinementError> {
+    fn implicit_floor(&mut self, mesh: FamilyMesh, scene: &Scene) -> Result<(), NoValues> {
         let scheme = Contender::from(pliant::integrator::IntegratorSpec::TrBdf2);
-        let coarser = self.rows.iter().find(|row| {
-            mesh.level > 0 && row.is_floor && FamilyMesh { level: mesh.level - 1, ..mesh }.holds(row)
-        });
-        let coarser: Option<Vec<f64>> = coarser.map(|row| row.values.clone());
+        let coarser = self.coarser_floor(mesh).map(|row| row.values.clone());
         let mut parts = self.grid.parts(self.own_step);
         let mut last: Option<Vec<f64>> = None;
         for _ in 0..HALVINGS {
-            self.check_interrupt()?;
             let index = match self.measure(mesh, scheme, scene, Some(self.grid.step(parts)), false) {
                 Ok(index) => index,
                 Err(reason) if last.is_none() && reason == NoValues::Failed => {
                     parts *= 2;
                     continue;
                 }
-                Err(reason) => return Ok(Err(reason)),
+                Err(reason) => return Err(reason),
             };
             let values = self.rows[index].values.clone();
             let is_small = last.as_ref().is_some_and(|last| {
@@ -286,12 +274,12 @@ impl MeshSweep<'_> {
             let is_over = 2.0 * self.rows[index].seconds > 0.3 * self.left();
             if is_small || is_over {
                 self.rows[index].is_floor = true;
-                return Ok(Ok(()));
+                return Ok(());
             }
             last = Some(values);
             parts *= 2;
         }
-        Ok(Err(NoValues::Failed))
+        Err(NoValues::Failed)
     }
 
     /// Smallest number of steps between two times of comparison with steps of at most `step` [s].
@@ -366,11 +354,11 @@ impl MeshSweep<'_> {
     }
 
     /// Runs schemes and steps on every mesh, coarse meshes first.
-    fn schemes(&mut self, quantities: &[QuantityOfInterest]) -> Result<(), RefinementError> {
+    fn schemes(&mut self, quantities: &[QuantityRefinement]) -> Result<(), RefinementError> {
         for level in 0..self.plan.levels {
             for family in ElementFamily::ALL {
                 let mesh = FamilyMesh { family, level };
-                if !self.rows.iter().any(|row| row.is_floor && mesh.holds(row)) {
+                if self.floor_of(mesh).is_none() {
                     continue;
                 }
                 let Some(scene) = self.on(mesh) else { continue };
@@ -418,7 +406,7 @@ impl MeshSweep<'_> {
         mesh: FamilyMesh,
         contender: Contender,
         scene: &Scene,
-        quantities: &[QuantityOfInterest],
+        quantities: &[QuantityRefinement],
     ) -> Result<(), RefinementError> {
         let mut parts = 1;
         let mut expected = 0.0;
@@ -459,21 +447,26 @@ impl MeshSweep<'_> {
 
     /// True if smaller steps than those of a row do not pay: its error is that of its mesh, or a faster row
     /// has errors that this mesh cannot beat, in all quantities with a reference.
-    fn is_enough(&self, mesh: FamilyMesh, index: usize, quantities: &[QuantityOfInterest]) -> bool {
+    fn is_enough(&self, mesh: FamilyMesh, index: usize, quantities: &[QuantityRefinement]) -> bool {
         let row = &self.rows[index];
-        let faster: Vec<usize> =
-            (0..self.rows.len()).filter(|i| self.rows[*i].seconds < row.seconds).collect();
-        let evaluated = quantities
-            .iter()
-            .enumerate()
-            .map(|(i, quantity)| QuantityRefinement::new(i, quantity, &self.rows, self.is_static))
-            .filter(|of| of.reference.is_some());
-        let evaluated: Vec<QuantityRefinement> = evaluated.collect();
-        let floors: Vec<f64> =
-            evaluated.iter().filter_map(|of| of.floor(mesh.family, mesh.level, &self.rows)).collect();
-        let within = |i: usize, factor: f64| {
-            evaluated.iter().zip(&floors).all(|(of, floor)| of.errors[i].total <= factor * floor)
+        let Some(floor) = self.floor_of(mesh) else { return false };
+        let within = |row: &RefinedRow, factor: f64| {
+            quantities.iter().all(|of| match (of.total(row, row.floor(&self.rows)), of.total(floor, floor)) {
+                (Some(total), Some(floor)) => total <= factor * floor,
+                _ => true,
+            })
         };
-        within(index, NEAR_FLOOR) || faster.into_iter().any(|i| within(i, 1.0))
+        let mut faster = self.rows.iter().filter(|other| other.seconds < row.seconds);
+        within(row, NEAR_FLOOR) || faster.any(|other| within(other, 1.0))
+    }
+
+    /// The row of a mesh whose error is the mesh's.
+    fn floor_of(&self, mesh: FamilyMesh) -> Option<&RefinedRow> {
+        self.rows.iter().find(|row| row.is_floor && mesh.holds(row))
+    }
+
+    /// The floor of the same elements on the next coarser mesh.
+    fn coarser_floor(&self, mesh: FamilyMesh) -> Option<&RefinedRow> {
+        self.floor_of(FamilyMesh { level: mesh.level.checked_sub(1)?, ..mesh })
     }
 }

@@ -7,17 +7,21 @@ use pliant::quantity::{Rounded, Seconds};
 
 /// Pareto-optimal rows: no other row has both a smaller error and a shorter time; the fastest first.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
-    let mut ranked: Vec<(&Row, f64)> = rows.into_iter().filter_map(|row| Some((row, row.error()?))).collect();
-    ranked.sort_by(|a, b| a.0.wall_min_s.total_cmp(&b.0.wall_min_s).then(a.1.total_cmp(&b.1)));
+    pareto(rows.into_iter().filter_map(|row| Some((row, row.wall_min_s, row.error()?))).collect())
+}
+
+/// Items that no other beats in both time and error, given with the two; the fastest first.
+pub(crate) fn pareto<T>(mut ranked: Vec<(T, f64, f64)>) -> Vec<T> {
+    ranked.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
     let mut best = f64::INFINITY;
-    ranked.retain(|(_, error)| {
+    ranked.retain(|(.., error)| {
         let better = *error < best;
         if better {
             best = *error;
         }
         better
     });
-    ranked.into_iter().map(|(row, _)| row).collect()
+    ranked.into_iter().map(|(item, ..)| item).collect()
 }
 
 /// Fastest row whose error is at most `error`.

@@ -53,6 +53,7 @@ mod tests;
 mod timing;
 mod trajectory;
 
+pub(crate) use advice::pareto;
 pub use advice::{cheapest, front, toml, words};
 pub use clock::{Clock, WallClock};
 pub use errors::{ErrorScales, Errors, TimeError};

@@ -104,7 +104,7 @@ fn verdict(found: &StabilitySurvey) -> String {
     }
 }
 
-/// What the verdict is based on.
+/// Facts that the verdict is based on.
 fn basis(found: &StabilitySurvey) -> String {
     let Some(limit) = found.limits.first() else { return String::new() };
     let mut said = vec![];
@@ -190,7 +190,7 @@ fn others(found: &StabilitySurvey) -> Vec<(&'static str, String)> {
     some.map(|(label, names, about)| (label, glued(names) + &about)).collect()
 }
 
-/// What a reader has to know of this scene.
+/// Notes that a reader of this scene needs.
 fn notes(found: &StabilitySurvey) -> Vec<String> {
     let mut out = vec![];
     let surveyed = found.limits.iter().map(|limit| &limit.integrator).chain(&found.not_reached);

@@ -14,8 +14,7 @@ use crate::arguments::StudyArguments;
 use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
-use crate::printable;
-use crate::progress::spinner;
+use crate::progress::announced;
 use crate::terminal::Terminal;
 use crate::text::{counted, number, rounded_to, table, wrap};
 
@@ -41,18 +40,8 @@ pub(super) fn execute(
     plan.budget = arguments.budget.unwrap_or(plan.budget);
     plan.repeats = arguments.repeats.map(|n| usize::from(n.get()));
     plan.threads = arguments.threads.map_or(1, |n| usize::from(n.get()));
-    let bar = spinner(terminal);
-    let mut watch = |run: &str| match &bar {
-        Some(bar) => bar.set_message(printable::plain(run).into_owned()),
-        None if terminal.verbose => terminal.note(run),
-        None => {}
-    };
     let study = RefinementStudy { source: &input.source, plan: &plan, interrupt: interrupted };
-    let made = study.run(&mut watch);
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
-    let results = made.map_err(failed)?;
+    let results = announced(terminal, |watch| study.run(watch)).map_err(failed)?;
     let title = arguments.title.clone().or_else(|| input.scene.title.clone());
     let title = title.unwrap_or_else(|| name(input.source.name()));
     terminal.report(&described(&results, &title, terminal.width()))?;
