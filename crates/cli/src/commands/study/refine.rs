@@ -21,9 +21,10 @@ use crate::text::{counted, number, rounded_to, table, wrap};
 use super::files::Files;
 
 /// Explanation of the errors, for all reports.
-const ABOUT: &str = "Each error is that of mesh and step together, against the continuous problem. It is relative \
-                     to the largest magnitude of the quantity over time, and no smaller than the error of the \
-                     row's mesh with the smallest step: where the two parts cancel, nothing is gained.";
+const ABOUT: &str = "Each error is that of mesh and step together, against the continuous problem. It is \
+                     relative to the largest magnitude of the quantity over time, and no smaller than the \
+                     error of the row's mesh with the smallest step: where the two parts cancel, nothing is \
+                     gained.";
 
 pub(super) fn execute(
     arguments: &StudyArguments,
@@ -188,8 +189,8 @@ fn charts(results: &RefinementResults) -> Result<Vec<(String, String, String)>, 
     for (i, of) in results.quantities.iter().enumerate().filter(|(_, of)| of.reference.is_some()) {
         let svg = chart(results, of).svg();
         let svg = svg.map_err(|error| Failure::failed("report", error.to_string()))?;
-        let caption = "The front is joined, and named by mesh and elements. Filled marks are explicit schemes. \
-                       Thin lines are the errors of the meshes, below which no step leads.";
+        let caption = "The front is joined, and named by mesh and elements. Filled marks are explicit \
+                       schemes. Thin lines are the errors of the meshes, below which no step leads.";
         charts.push((format!("error-{}.svg", i + 1), svg, caption.to_owned()));
     }
     Ok(charts)
