@@ -642,11 +642,15 @@ fn dampings() -> Vec<Case> {
             let keys = json!({ "springs": { "stiffness": 100.0 }, "damping": damping });
             cases.push(net.case(&DAMPING, law, keys, &[SHAKEN]));
         }
-        if !net.name.starts_with("edges") {
+        if net.name.starts_with("edges") {
+            continue;
+        }
+        for (law, bending) in bendings(net.dimension, net.name == "cloth") {
             let damping = json!({ "stiffness_proportional": 1.0 });
-            let (springs, bending) = (json!({ "stiffness": 1e-6 }), json!({ "stiffness": 0.3 }));
+            let springs = json!({ "stiffness": 1e-6 });
             let keys = json!({ "springs": springs, "bending": bending, "damping": damping });
-            cases.push(net.case(&DAMPING, "stiffness_proportional-of-bending", keys, &[SHAKEN]));
+            let law = format!("stiffness_proportional-of-{law}");
+            cases.push(net.case(&DAMPING, &law, keys, &[SHAKEN]));
         }
     }
     cases

@@ -129,28 +129,21 @@ fn pictures_of_orbits_and_plane_scenes_are_the_stored_ones() {
 }
 
 #[test]
-fn animations_have_their_frames_in_every_format() {
+fn an_animation_has_its_frames() {
     let bench = recorded(BALL);
-    for name in ["a.gif", "a.apng", "a.webp"] {
-        let arguments = ["render", "scene.mcap", "-o", name, "--frames", "4", "--size", "96x72", "--json"];
-        let json = bench.pliant(arguments).succeeded().json();
-        assert_eq!(json["rendered"]["frames"], 4);
-    }
-    let read = |name: &str| std::fs::read(bench.path(name)).unwrap();
-    let count = |file: &[u8], part: &[u8]| file.windows(part.len()).filter(|window| *window == part).count();
-    // Control extensions of GIF, frame control chunks of APNG, frames of WebP.
-    assert_eq!(count(&read("a.gif"), &[0x21, 0xf9, 0x04]), 4);
-    assert_eq!(count(&read("a.apng"), b"fcTL"), 4);
-    assert_eq!(count(&read("a.webp"), b"ANMF"), 4);
-    let size = read("a.webp")[4..8].try_into().map(u32::from_le_bytes).unwrap();
-    assert_eq!(size as usize + 8, read("a.webp").len());
+    let arguments = ["render", "scene.mcap", "-o", "a.gif", "--frames", "4", "--size", "96x72", "--json"];
+    let json = bench.pliant(arguments).succeeded().json();
+    assert_eq!(json["rendered"]["frames"], 4);
+    // Control extensions.
+    let file = std::fs::read(bench.path("a.gif")).unwrap();
+    assert_eq!(file.windows(3).filter(|window| *window == [0x21, 0xf9, 0x04]).count(), 4);
 }
 
 #[test]
 fn what_cannot_be_drawn_is_said_with_what_can() {
     let bench = recorded(SPRING);
     let render = |more: &[&str]| bench.pliant([&["render", "scene.mcap"], more].concat());
-    render(&["-o", "a.jpg"]).ended_with(2).says(&["a.jpg", ".png, .apng, .gif, .webp or .svg"]);
+    render(&["-o", "a.jpg"]).ended_with(2).says(&["a.jpg", ".png, .gif or .svg"]);
     render(&["-o", "a.png", "--colour-by", "heat"])
         .ended_with(2)
         .says(&["heat", "body, speed, displacement"]);

@@ -26,6 +26,7 @@ mod start;
 mod statics;
 mod thin;
 mod torture;
+mod tractions;
 mod units;
 mod walls;
 

@@ -1,7 +1,7 @@
 """Checks pictures of `pliant render` and arrays of `pliant export` by readers that are not ours.
 
 Usage: read_pictures.py FILE ...
-Of each .png, .apng, .gif and .webp: it opens, all frames decode and have the size of the picture, frames of
+Of each .png and .gif: it opens, all frames decode and have the size of the picture, frames of
 animations last and differ, and corners are transparent where the file says `transparent`. Of each .npz: its
 arrays have the shapes that belong together. Needs Pillow and numpy.
 """
@@ -18,7 +18,6 @@ def check_picture(path: Path) -> str:
         frames, times = [], []
         for frame in ImageSequence.Iterator(picture):
             frames.append(np.asarray(frame.convert("RGBA")))
-            # Known of WebP once the frame is decoded.
             times.append(frame.info.get("duration", 0))
         size = picture.size
     assert all(frame.shape == (size[1], size[0], 4) for frame in frames), path

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pliant::energy::{
-    ChangingStencils, ContactExtremes, ContactPlace, EnergyKind, EnergyTerm, Fault, LeastGap, Measurements,
-    ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties, TermViews, TouchingPair,
-    TouchingSurfaces, WatchedContacts, WayObstruction, add_stencil_product,
+    ChangingStencils, ContactExtremes, ContactPlace, ContactShare, EnergyKind, EnergyTerm, Fault, LeastGap,
+    Measurements, ShapedContact, Stencils, StepLimit, SurfaceContact, TermProperties, TermViews,
+    TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction, add_stencil_product,
 };
 use pliant::lanes::{Lanes, spread};
 use pliant::material::Psd;
@@ -377,6 +377,15 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
             report.described(&self.model, x, v)
         };
         (0..contacts.len()).map(described).collect()
+    }
+
+    fn add_shares(&self, x: &[f64], v: &[f64], shares: &mut [ContactShare]) {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        for report in ContactReport::<D>::of_all(contacts, &self.model, x) {
+            report.add_shares(self.model.threshold_speed, v, shares);
+        }
+        self.model.surface.each_area(x, |vertex, area| shares[vertex as usize].area += area);
     }
 
     fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap> {

@@ -1,6 +1,6 @@
 //! Description of one contact: position, gap and forces.
 
-use pliant::energy::{LeastGap, SurfaceContact};
+use pliant::energy::{ContactShare, LeastGap, SurfaceContact};
 use pliant::lanes::{Lanes, WIDTH};
 use pliant::material::Psd;
 
@@ -141,6 +141,16 @@ impl<const D: usize> ContactReport<D> {
             force[..D].copy_from_slice(&on_first);
         }
         force
+    }
+
+    /// Adds the forces on its vertices at the velocities `v`, flat [m/s].
+    pub(crate) fn add_shares(&self, threshold: f64, v: &[f64], shares: &mut [ContactShare]) {
+        let friction = self.friction_force(threshold, v);
+        for (vertex, c) in self.vertices.iter().zip(self.coefficients).take(self.count) {
+            let share = &mut shares[*vertex as usize];
+            share.normal += c.abs() * self.force;
+            share.friction.iter_mut().zip(friction).for_each(|(sum, friction)| *sum += c * friction);
+        }
     }
 
     /// Contact at the positions `x` and velocities `v`, flat [m] and [m/s], with the names of its bodies.

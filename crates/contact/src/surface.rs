@@ -229,6 +229,27 @@ impl ContactSurface {
         }
     }
 
+    /// Calls `add(vertex, area)` for the parts of the present area at each vertex [m^2], at the positions `x`,
+    /// flat [m]. Wires and particles keep the areas that they project in the reference configuration.
+    pub(crate) fn each_area(&self, x: &[f64], mut add: impl FnMut(u32, f64)) {
+        for (triangle, parts) in self.triangles.iter().zip(&self.corner_parts) {
+            let area = area(triangle, x);
+            triangle.iter().zip(parts).for_each(|(v, part)| add(*v, area / part));
+        }
+        let outlines = if self.dimension == 2 { &self.edges[..] } else { &[] };
+        for edge in outlines {
+            let [a, b] = edge.map(|v| &x[2 * v as usize..][..2]);
+            let half = 0.5 * f64::hypot(b[0] - a[0], b[1] - a[1]);
+            edge.iter().for_each(|v| add(*v, half));
+        }
+        let is_kept = |v: &u32| match self.kinds[*v as usize] {
+            VertexKind::Face => false,
+            VertexKind::Wire => self.dimension == 3,
+            VertexKind::Particle => true,
+        };
+        self.vertices.iter().filter(|v| is_kept(v)).for_each(|v| add(*v, self.vertex_areas[*v as usize]));
+    }
+
     /// Connected component of each vertex of the system, see [`DisjointSets::numbered`]; edges connect
     /// vertices.
     pub(crate) fn pieces(&self) -> Vec<u32> {

@@ -10,7 +10,7 @@ const LOOK: Duration = Duration::from_millis(10);
 
 /// Optional flag that ends work in progress once it is set.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Stop(Option<Arc<AtomicBool>>);
+pub struct Stop(Option<Arc<AtomicBool>>);
 
 impl Stop {
     pub(crate) fn new(flag: Option<Arc<AtomicBool>>) -> Self {

@@ -4,7 +4,7 @@ mod quantities;
 
 use std::collections::BTreeMap;
 
-use crate::diagnostics::{Diagnostics, ElementState, Reaction, SymmetricTensor};
+use crate::diagnostics::{ContactTraction, Diagnostics, ElementState, Reaction, SymmetricTensor};
 use crate::energy::SurfaceContact;
 use crate::simulation::Simulation;
 pub use crate::simulation::Work;
@@ -45,6 +45,8 @@ pub struct Frame<'a> {
     /// Estimated error of the stress of all finite elements, in the order of `elements` [sqrt(J)]. `None`
     /// also without [`Simulation::set_recovery`].
     pub stress_error: Option<&'a [f64]>,
+    /// Pressure and friction of contact at every vertex; NaN at a vertex of no surface, empty without contact.
+    pub contact_tractions: Option<&'a [ContactTraction]>,
     /// Work counters.
     pub work: Work,
 }
@@ -66,6 +68,7 @@ impl Frame<'_> {
         let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
         let nodal_stress = reads(Quantities::NODAL_STRESS).then(|| simulation.recovered_stress()).flatten();
         let stress_error = reads(Quantities::STRESS_ERROR).then(|| simulation.recovered_error()).flatten();
+        let tractions = reads(Quantities::CONTACT_TRACTIONS).then(|| simulation.contact_tractions());
         let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
         show(&Frame {
             index,
@@ -82,6 +85,7 @@ impl Frame<'_> {
             contacts: contacts.as_deref(),
             nodal_stress: nodal_stress.as_deref(),
             stress_error: stress_error.as_deref(),
+            contact_tractions: tractions.as_deref(),
             work: simulation.work(),
         })
     }
@@ -99,6 +103,7 @@ impl<'a> Frame<'a> {
             | Quantities::CONTACTS.only_if(self.contacts.is_some())
             | Quantities::NODAL_STRESS.only_if(self.nodal_stress.is_some())
             | Quantities::STRESS_ERROR.only_if(self.stress_error.is_some())
+            | Quantities::CONTACT_TRACTIONS.only_if(self.contact_tractions.is_some())
     }
 
     /// Returns the frame restricted to these quantities.
@@ -114,6 +119,7 @@ impl<'a> Frame<'a> {
             contacts: self.contacts.filter(|_| has(Quantities::CONTACTS)),
             nodal_stress: self.nodal_stress.filter(|_| has(Quantities::NODAL_STRESS)),
             stress_error: self.stress_error.filter(|_| has(Quantities::STRESS_ERROR)),
+            contact_tractions: self.contact_tractions.filter(|_| has(Quantities::CONTACT_TRACTIONS)),
             ..*self
         }
     }

@@ -39,12 +39,12 @@ use std::sync::atomic::AtomicBool;
 
 use crate::control::Controller;
 use crate::diagnostics::{
-    Balance, Diagnostics, ElementState, Energy, Reaction, ReactionInputs, StabilityLimit, mode_range,
-    reactions, stability_limit,
+    Balance, ContactTraction, Diagnostics, ElementState, Energy, Reaction, ReactionInputs, StabilityLimit,
+    mode_range, reactions, stability_limit,
 };
 use crate::element::Barycentric;
 pub use crate::energy::ContactExtremes;
-use crate::energy::{ElementTerm, Fault, SurfaceContact};
+use crate::energy::{ContactShare, ElementTerm, Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
@@ -513,6 +513,21 @@ impl Simulation {
         let terms = self.system.terms().iter().filter_map(|term| term.touching());
         let v = self.records.increment_velocities.as_deref().unwrap_or(self.state.v());
         terms.flat_map(|term| term.contacts(self.state.x(), v)).collect()
+    }
+
+    /// Returns the pressure and the friction of contact at every vertex, in the order of the scene; NaN at a
+    /// vertex of no surface in contact's model. Empty without contact.
+    pub fn contact_tractions(&self) -> Vec<ContactTraction> {
+        let mut terms = self.system.terms().iter().filter_map(|term| term.touching()).peekable();
+        if terms.peek().is_none() {
+            return vec![];
+        }
+        let (x, d) = (self.state.x(), self.system.dimension());
+        let v = self.records.increment_velocities.as_deref().unwrap_or(self.state.v());
+        let mut shares = vec![ContactShare::default(); x.len() / d];
+        terms.for_each(|term| term.add_shares(x, v, &mut shares));
+        let internal = (0..shares.len() as u32).map(|vertex| self.numbering.internal(vertex));
+        internal.map(|vertex| ContactTraction::of(&shares[vertex as usize])).collect()
     }
 
     /// Returns the largest component of the residual force at a free coordinate at the current velocities

@@ -1,9 +1,9 @@
 //! Linear equations of fully implicit steps: all stages at once, with exact Hessians.
 
 use pliant::material::Psd;
-use pliant::solver::hessian::{Assembler, At, Weights};
+use pliant::solver::hessian::{At, Weights};
+use pliant::solver::stages::StageMatrix;
 use pliant::system::System;
-use pliant_sparse::{Lu, SymbolicLu};
 
 use crate::adjoint::add_scaled;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
@@ -36,7 +36,7 @@ pub(crate) struct CoupledEquations<'a> {
 impl CoupledEquations<'_> {
     /// Solves the equations; components are zero where fixed. `None` if they are singular.
     pub(crate) fn solve(&self, system: &mut System, b: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let lu = match system.dimension() {
+        let factors = match system.dimension() {
             2 => self.factorise::<2>(system)?,
             _ => self.factorise::<3>(system)?,
         };
@@ -46,59 +46,40 @@ impl CoupledEquations<'_> {
         let (mut p, mut residual) = (vec![0.0; n * b.len()], b.concat());
         let size = keep_free(system, &mut residual);
         let zero = vec![vec![0.0; n]; b.len()];
-        let mut equations = FactorisedEquations { equations: self, system, b, zero, products, lu };
+        let mut equations = FactorisedEquations { equations: self, system, b, zero, products, factors };
         let is_solved = solve(&mut equations, size, &mut residual, &mut p);
         is_solved.then(|| p.chunks_exact(n).map(<[f64]>::to_vec).collect())
     }
 
-    /// Factorises the matrix without the nonsymmetric part of each stage. Fixed coordinates have rows and
-    /// columns of the identity.
-    fn factorise<const D: usize>(&self, system: &mut System) -> Option<Lu> {
-        let (count, drag) = (self.stages.len(), system.ether_drag());
-        let mut assembler = Assembler::<D>::new(system);
-        let n = system.inverse_mass().len();
-        // Hessian and damping matrix of each stage.
-        let mut of_stage = |stage: &StagePlace| {
-            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
+    /// Factorises the matrix without the nonsymmetric part of each stage. Returns the solution with its
+    /// factors, in place.
+    fn factorise<const D: usize>(&self, system: &mut System) -> Option<SolveStages> {
+        let places: Vec<Vec<f64>> = self.stages.iter().map(|stage| stage.x.clone()).collect();
+        let x = &places[0];
+        let matrix = StageMatrix::<D>::new(system, places.len(), true, x)?;
+        let mut matrix = matrix.including(system, &places, x)?;
+        // A stage has its matrices in the columns of an adjoint, and in the rows of a tangent.
+        let is_of = |k: usize, i: usize, j: usize| k == if self.is_forth { i } else { j };
+        for (k, stage) in self.stages.iter().enumerate() {
             system.set_time(stage.time);
             system.find_stencils(&stage.x);
-            [(1.0, 0.0), (0.0, 1.0)].map(|(stiffness, damping)| {
-                assembler.assemble(system, at, Weights { inertia: 0.0, stiffness, damping });
-                assembler.matrix().clone()
-            })
-        };
-        let matrices: Vec<_> = self.stages.iter().map(&mut of_stage).collect();
-        // Columns of the coupled matrix, stage by stage.
-        let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
-        for k in 0..count {
-            for column in 0..n {
-                let (vertex, axis) = (column / D, column % D);
-                let held = assembler.held()[column];
-                for i in 0..count {
-                    let [hessian, damping] = &matrices[if self.is_forth { i } else { k }];
-                    let blocks = hessian.row(vertex).zip(damping.row(vertex));
-                    for ((other, hessian), (_, damping)) in blocks {
-                        for l in 0..D {
-                            let (at, diagonal) = (other * D + l, other * D + l == column);
-                            let mass = if diagonal { system.mass()[vertex] } else { 0.0 };
-                            let own = f64::from(u8::from(i == k));
-                            row.push(i * n + at);
-                            entries.push(if held || assembler.held()[at] {
-                                if diagonal { own } else { 0.0 }
-                            } else {
-                                own * mass
-                                    + self.damping[i][k] * (damping[axis][l] + drag * mass)
-                                    + self.stiffness[i][k] * hessian[axis][l]
-                            });
-                        }
-                    }
-                }
-                column_start.push(row.len());
+            let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
+            for (factors, stiffness, damping) in [(self.stiffness, 1.0, 0.0), (self.damping, 0.0, 1.0)] {
+                let weights = Weights { inertia: 0.0, stiffness, damping };
+                matrix.add(system, at, weights, |i, j| is_of(k, i, j).then(|| factors[i][j]));
             }
         }
-        SymbolicLu::new(column_start, row)?.factorize(&entries)
+        let drag = system.ether_drag();
+        matrix.add_masses(system, |i, j| f64::from(u8::from(i == j)) + self.damping[i][j] * drag);
+        let n = system.inverse_mass().len();
+        matrix.factorize().then(|| -> SolveStages {
+            Box::new(move |b| matrix.solve(&mut b.chunks_exact_mut(n).collect::<Vec<_>>()))
+        })
     }
 }
+
+/// Solution of all stages with the factors of their matrix, in place, stage after stage.
+type SolveStages = Box<dyn FnMut(&mut [f64])>;
 
 /// Equations with factors of a part of their matrix.
 struct FactorisedEquations<'a> {
@@ -107,7 +88,7 @@ struct FactorisedEquations<'a> {
     b: &'a [Vec<f64>],
     zero: Vec<Vec<f64>>,
     products: Vec<Products>,
-    lu: Lu,
+    factors: SolveStages,
 }
 
 impl FactorisedEquations<'_> {
@@ -176,7 +157,7 @@ impl FactorisedEquations<'_> {
 
 impl CorrectedEquations for FactorisedEquations<'_> {
     fn approximate(&mut self, b: &mut [f64], _: f64) {
-        self.lu.solve(b);
+        (self.factors)(b);
     }
 
     fn product(&mut self, p: &[f64], y: &mut [f64]) {

@@ -1,17 +1,17 @@
 //! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve, or
 //! conjugate gradients where the run's own steps use them.
 
+use pliant::deadline::Stop;
 use pliant::material::Psd;
 use pliant::solver::LinearSolver;
-use pliant::solver::block_matrix::BlockMatrix;
-use pliant::solver::cholesky::Cholesky;
-use pliant::solver::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner};
+use pliant::solver::conjugate_gradients::CgEnd;
 use pliant::solver::gauss_seidel::GaussSeidel;
-use pliant::solver::hessian::{Assembler, At, Weights};
-use pliant::solver::multigrid::Multigrid;
-use pliant::solver::structure::{LentStructure, MatrixStructure};
+use pliant::solver::hessian::{At, Weights};
+use pliant::solver::iterative::{AssembledMatrix, Iterative};
+use pliant::solver::linearisation::Linearisation;
+use pliant::solver::lu::BlockLu;
+use pliant::solver::structure::LentStructure;
 use pliant::system::System;
-use pliant_sparse::{Lu, SymbolicLu};
 
 use crate::adjoint::free_only;
 use crate::krylov::{CorrectedEquations, keep_free, solve};
@@ -135,41 +135,16 @@ pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
 /// long as they converge.
 #[derive(Default)]
 struct Sparse<const D: usize> {
-    assembler: Option<Assembler<D>>,
-    iterative: Option<PreconditionedSolver<D>>,
-    /// Multigrid levels that were lent, until they are used.
-    levels: Option<Multigrid<D>>,
-    /// Version of the system's structure.
-    structure: u64,
+    linear: Linearisation<D>,
+    iterative: Option<Iterative<D>>,
     /// True once conjugate gradients have failed to converge.
     is_factorised: bool,
-    cholesky: Option<Cholesky>,
-    /// Version of the pattern of the Cholesky structure; contact changes it.
-    pattern: u64,
-    lu: Option<Lu>,
+    lu: BlockLu,
+    /// Coefficients of the matrix last assembled.
+    weights: Option<Weights>,
     /// Vertex positions that determine the elimination order, flat [m].
     places: Vec<f64>,
-}
-
-/// Conjugate gradients with the cheaper of two preconditioners.
-struct PreconditionedSolver<const D: usize> {
-    preconditioner: SolverPreconditioner<D>,
     solution: Vec<f64>,
-}
-
-enum SolverPreconditioner<const D: usize> {
-    /// Symmetric Gauss-Seidel, updated for every matrix.
-    GaussSeidel { sweeps: Box<GaussSeidel<D>>, is_made: bool },
-    /// Multigrid, its levels kept from one matrix to the next.
-    Multigrid(Box<MultigridSolver<D>>),
-}
-
-struct MultigridSolver<const D: usize> {
-    levels: Multigrid<D>,
-    cg: ConjugateGradients,
-    /// Fewest iterations of a solve with the present levels, and the total beyond them over all solves;
-    /// `None` if the levels are to be recomputed.
-    made: Option<[u64; 2]>,
 }
 
 /// Relative residual of conjugate gradients, comparable to that of a factorisation.
@@ -184,127 +159,63 @@ const RELAXATION: f64 = 1.25;
 const GAUSS_SEIDEL_ITERATIONS: u64 = 150;
 /// Iterations with multigrid above which a factorisation is cheaper.
 const MOST_ITERATIONS: u64 = 200;
-/// Cost of recomputing the levels in iterations, for the same beams. As matrices change, iterations
-/// beyond the fewest increase; once they add up to this, the mean cost over all solves with the levels is
-/// least.
-const RENEWAL: u64 = 6;
 
-impl<const D: usize> MultigridSolver<D> {
-    /// Solves to this relative `residual`, see [`PreconditionedSolver::solve`].
-    fn solve(&mut self, matrix: &BlockMatrix<D>, b: &[f64], solution: &mut [f64], residual: f64) -> bool {
-        let MultigridSolver { levels, cg, made } = self;
-        // Refinements of a solution use a coarse tolerance, and follow a solve with the same matrix.
-        let is_first = residual <= CG_RESIDUAL;
-        if is_first && made.is_none() && levels.update(matrix).is_err() {
-            return false;
-        }
-        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report = cg.solve(product, levels, b, solution, residual, MOST_ITERATIONS);
-        if !is_first {
-            return report.end == CgEnd::Converged;
-        }
-        let [fewest, excess] = made.unwrap_or([report.iterations, 0]);
-        let fewest = fewest.min(report.iterations);
-        let excess = excess + report.iterations - fewest;
-        *made = (excess < RENEWAL).then_some([fewest, excess]);
-        report.end == CgEnd::Converged
-    }
+/// Conjugate gradients with symmetric Gauss-Seidel. `None` if steps of such a system do not use conjugate
+/// gradients, if a nonsymmetric part is missing from the matrix, or if its pattern changes.
+fn iterative<const D: usize>(system: &System) -> Option<Iterative<D>> {
+    let is_wanted = LinearSolver::Auto.choose(system) == LinearSolver::Multigrid
+        && !system.is_damped()
+        && system.terms().iter().all(|term| term.changing().is_none());
+    is_wanted.then(|| Iterative::gauss_seidel(GaussSeidel::relaxed(RELAXATION), None))
 }
 
-impl<const D: usize> PreconditionedSolver<D> {
-    /// `None` if steps of such a system do not use conjugate gradients, if a nonsymmetric part is missing
-    /// from the matrix, or if its pattern changes.
-    fn new(system: &System, unknowns: usize) -> Option<Self> {
-        let is_wanted = LinearSolver::Auto.choose(system) == LinearSolver::Multigrid
-            && !system.is_damped()
-            && system.terms().iter().all(|term| term.changing().is_none());
-        let sweeps = Box::new(GaussSeidel::relaxed(RELAXATION));
-        let preconditioner = SolverPreconditioner::GaussSeidel { sweeps, is_made: false };
-        is_wanted.then(|| PreconditionedSolver { preconditioner, solution: vec![0.0; unknowns] })
-    }
-
-    /// Announces a new matrix.
-    fn begin(&mut self) {
-        if let SolverPreconditioner::GaussSeidel { is_made, .. } = &mut self.preconditioner {
-            *is_made = false;
-        }
-    }
-
-    /// Multigrid levels, if any.
-    fn into_levels(self) -> Option<Multigrid<D>> {
-        match self.preconditioner {
-            SolverPreconditioner::GaussSeidel { .. } => None,
-            SolverPreconditioner::Multigrid(multigrid) => Some(multigrid.levels),
-        }
-    }
-
-    /// Replaces `b` by `A^-1 b` to this relative `residual`; false if conjugate gradients do not
-    /// converge. If Gauss-Seidel takes too many iterations, multigrid with `levels` replaces it, now and
-    /// later.
-    fn solve(
-        &mut self,
-        assembler: &Assembler<D>,
-        levels: impl FnOnce() -> Option<Multigrid<D>>,
-        b: &mut [f64],
-        residual: f64,
-    ) -> bool {
-        let (matrix, PreconditionedSolver { preconditioner, solution }) = (assembler.matrix(), self);
-        if let SolverPreconditioner::GaussSeidel { sweeps, is_made } = preconditioner {
-            if !*is_made && sweeps.update(matrix, assembler.pattern()).is_err() {
-                return false;
+impl<const D: usize> Sparse<D> {
+    /// Replaces `b` by `A^-1 b` to this relative residual; `None` if conjugate gradients do not converge. If
+    /// Gauss-Seidel takes too many iterations, multigrid replaces it, now and later.
+    fn iterate(&mut self, b: &mut [f64], residual: f64) -> Option<()> {
+        self.solution.resize(b.len(), 0.0);
+        loop {
+            let (iterative, solution) = (self.iterative.as_mut()?, &mut self.solution);
+            let matrices = AssembledMatrix::of(self.linear.assembler()?);
+            let is_first = matches!(iterative, Iterative::GaussSeidel { .. });
+            let most = if is_first { GAUSS_SEIDEL_ITERATIONS } else { MOST_ITERATIONS };
+            let made_for = (self.weights?, Psd::Exact, &self.places[..]);
+            let end = iterative.solve(matrices, made_for, b, solution, (residual.into(), most)).end;
+            if is_first && end == CgEnd::Stalled {
+                let levels = self.linear.take_levels(&self.places, &Stop::default())?;
+                self.iterative = Some(Iterative::multigrid(levels));
+                continue;
             }
-            *is_made = true;
-            let report = sweeps.solve(b, solution, residual.into(), GAUSS_SEIDEL_ITERATIONS);
-            if report.end != CgEnd::Stalled {
-                b.copy_from_slice(solution);
-                return report.end == CgEnd::Converged;
-            }
-            let Some(levels) = levels() else { return false };
-            let multigrid = MultigridSolver { levels, cg: ConjugateGradients::default(), made: None };
-            *preconditioner = SolverPreconditioner::Multigrid(Box::new(multigrid));
+            b.copy_from_slice(solution);
+            return (end == CgEnd::Converged).then_some(());
         }
-        let SolverPreconditioner::Multigrid(multigrid) = preconditioner else { return false };
-        let is_solved = multigrid.solve(matrix, b, solution, residual);
-        b.copy_from_slice(solution);
-        is_solved
     }
 }
 
 impl<const D: usize> Factorisation for Sparse<D> {
     fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool {
         let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
-        // Released pins change the set of fixed coordinates.
-        if self.structure != system.structure() {
-            (self.iterative, self.cholesky) = (None, None);
-            self.structure = system.structure();
+        if self.linear.fit(system) {
+            self.iterative = None;
         }
-        if self.assembler.as_ref().is_some_and(|assembler| !assembler.fits(system)) {
-            (self.assembler, self.levels) = (None, None);
-        }
-        let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
+        let Some(assembler) = self.linear.assembler_mut() else { return false };
         let weights = Weights { inertia, stiffness, damping };
         system.find_stencils(x);
         assembler.assemble(system, At { x, v, psd: Psd::Exact, predicted_from: None }, weights);
+        self.weights = Some(weights);
         self.places.clear();
         self.places.extend_from_slice(system.ordering_positions(x));
         if !self.is_factorised {
-            self.iterative = self.iterative.take().or_else(|| PreconditionedSolver::new(system, x.len()));
-            self.iterative.iter_mut().for_each(PreconditionedSolver::begin);
+            self.iterative = self.iterative.take().or_else(|| iterative(system));
             self.is_factorised = self.iterative.is_none();
         }
-        self.lu = None;
+        self.lu.forget();
         self.iterative.is_some() || self.factorise_instead()
     }
 
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
-        let used = self.iterative.take().and_then(PreconditionedSolver::into_levels);
-        // Levels built on other positions than the reference ones are not shared.
-        let levels = used.or(self.levels.take()).filter(|_| system.rest_positions().is_some());
-        let own = self.assembler.take().map(|assembler| MatrixStructure { assembler, levels });
-        if let Some(MatrixStructure { assembler, levels }) = lent.and_then(|lent| lent.taken(system)) {
-            (self.assembler, self.levels) = (Some(assembler), levels);
-        }
-        own.and_then(MatrixStructure::lent)
+        let used = self.iterative.take().and_then(Iterative::into_levels);
+        self.linear.exchange(system, used, lent)
     }
 
     fn is_iterative(&self) -> bool {
@@ -313,41 +224,31 @@ impl<const D: usize> Factorisation for Sparse<D> {
 
     fn factorise_instead(&mut self) -> bool {
         (self.iterative, self.is_factorised) = (None, true);
-        let Some(assembler) = &self.assembler else { return false };
-        let matrix = assembler.matrix();
-        if self.cholesky.is_none() || self.pattern != assembler.pattern() {
-            self.cholesky = Cholesky::new(matrix, &self.places);
-            self.pattern = assembler.pattern();
-        }
-        if self.cholesky.as_mut().is_some_and(|cholesky| cholesky.factorize(matrix).is_ok()) {
+        if self.linear.analyse(&self.places).is_some() && self.linear.factorise().is_ok() {
             return true;
         }
-        self.lu = lu(assembler);
-        self.lu.is_some()
+        let Some(assembler) = self.linear.assembler() else { return false };
+        self.lu.factorize(assembler.matrix(), assembler.pattern())
     }
 
     fn solve(&mut self, b: &mut [f64], left: f64) {
-        if let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) {
-            let (levels, places) = (&mut self.levels, &self.places);
-            let new = || Multigrid::new(assembler.matrix(), places, assembler.held());
-            if !iterative.solve(assembler, || levels.take().or_else(new), b, left.max(CG_RESIDUAL)) {
+        if self.iterative.is_some() {
+            if self.iterate(b, left.max(CG_RESIDUAL)).is_none() {
                 b.fill(f64::NAN);
             }
-            return;
-        }
-        match (&self.lu, &mut self.cholesky) {
-            (Some(lu), _) => lu.solve(b),
-            (None, Some(cholesky)) => cholesky.solve(b),
-            (None, None) => {}
+        } else if self.lu.is_factorised() {
+            self.lu.solve(b);
+        } else if let Some(factor) = self.linear.factor() {
+            factor.solve(b);
         }
     }
 
     fn is_definite(&mut self) -> bool {
-        (self.iterative.is_none() || self.factorise_instead()) && self.lu.is_none()
+        (self.iterative.is_none() || self.factorise_instead()) && !self.lu.is_factorised()
     }
 
     fn largest_sum(&self, p: &[f64]) -> f64 {
-        let Some(assembler) = &self.assembler else { return 0.0 };
+        let Some(assembler) = self.linear.assembler() else { return 0.0 };
         let (matrix, p) = (assembler.matrix(), p.as_chunks::<D>().0);
         let mut largest = 0.0;
         for vertex in 0..matrix.rows() {
@@ -365,22 +266,6 @@ impl<const D: usize> Factorisation for Sparse<D> {
         }
         largest
     }
-}
-
-/// LU factors of the matrix last assembled, which is symmetric: its rows are its columns.
-fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
-    let matrix = assembler.matrix();
-    let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
-    for vertex in 0..matrix.rows() {
-        for k in 0..D {
-            for (other, block) in matrix.row(vertex) {
-                row.extend((0..D).map(|l| other * D + l));
-                entries.extend_from_slice(&block[k]);
-            }
-            column_start.push(row.len());
-        }
-    }
-    SymbolicLu::new(column_start, row)?.factorize(&entries)
 }
 
 /// Solver of `A p = b` for the free coordinates of a system; `p` is zero where fixed. The matrix of
@@ -571,9 +456,9 @@ mod tests {
             p.copy_from_slice(&right);
             sparse.solve(&mut p, 0.0);
         }
-        let how = match sparse.iterative.map(|iterative| iterative.preconditioner) {
-            Some(SolverPreconditioner::GaussSeidel { .. }) => "gauss-seidel",
-            Some(SolverPreconditioner::Multigrid(_)) => "multigrid",
+        let how = match sparse.iterative {
+            Some(Iterative::GaussSeidel { .. }) => "gauss-seidel",
+            Some(Iterative::Multigrid(_)) => "multigrid",
             None => "factors",
         };
         (p, how)

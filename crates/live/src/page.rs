@@ -54,7 +54,8 @@ fn channels(experiment: &Experiment) -> Vec<Channel> {
             channels.push(channel);
         }
     }
-    // Stress is not recovered while a page is served.
-    channels.retain(|channel| *channel != Channel::Mesh && !channel.is_recovered());
+    // What is computed at vertices for recordings is not computed while a page is served.
+    let is_shown = |channel: &Channel| !channel.is_recovered() && !channel.is_of_contact();
+    channels.retain(|channel| *channel != Channel::Mesh && is_shown(channel));
     channels
 }

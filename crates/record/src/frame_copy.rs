@@ -1,6 +1,6 @@
 //! Copies of frames, kept until they are encoded.
 
-use pliant::diagnostics::{Diagnostics, ElementState, Reaction, SymmetricTensor};
+use pliant::diagnostics::{ContactTraction, Diagnostics, ElementState, Reaction, SymmetricTensor};
 use pliant::energy::SurfaceContact;
 use pliant::observer::{Frame, Work};
 
@@ -8,7 +8,8 @@ use pliant::observer::{Frame, Work};
 pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
     let Frame { x, v, elements, points, reactions, contacts, nodal_stress, stress_error, .. } = *frame;
     let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
-    let forces = reactions.map_or(0, size_of_val) + contacts.map_or(0, size_of_val);
+    let tractions = frame.contact_tractions.map_or(0, size_of_val);
+    let forces = reactions.map_or(0, size_of_val) + contacts.map_or(0, size_of_val) + tractions;
     let recovered = nodal_stress.map_or(0, size_of_val) + stress_error.map_or(0, size_of_val);
     size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + forces + recovered
 }
@@ -51,6 +52,7 @@ pub(super) struct FrameCopy {
     contacts: OptionalCopy<SurfaceContact>,
     nodal_stress: OptionalCopy<SymmetricTensor>,
     stress_error: OptionalCopy<f64>,
+    contact_tractions: OptionalCopy<ContactTraction>,
     work: Work,
 }
 
@@ -72,6 +74,7 @@ impl FrameCopy {
             contacts: OptionalCopy::EMPTY,
             nodal_stress: OptionalCopy::EMPTY,
             stress_error: OptionalCopy::EMPTY,
+            contact_tractions: OptionalCopy::EMPTY,
             work: Work::default(),
         }
     }
@@ -92,6 +95,7 @@ impl FrameCopy {
         self.contacts.set(contacts);
         self.nodal_stress.set(frame.nodal_stress);
         self.stress_error.set(frame.stress_error);
+        self.contact_tractions.set(frame.contact_tractions);
         self.work = work;
     }
 
@@ -111,6 +115,7 @@ impl FrameCopy {
             contacts: self.contacts.get(),
             nodal_stress: self.nodal_stress.get(),
             stress_error: self.stress_error.get(),
+            contact_tractions: self.contact_tractions.get(),
             work: self.work,
         }
     }

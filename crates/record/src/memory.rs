@@ -6,7 +6,7 @@ use super::background_writer::{self, LARGE_BYTES};
 use super::channels;
 use super::container::CHUNK_BYTES;
 use super::{Options, channels::elements};
-use pliant::diagnostics::{ElementState, SymmetricTensor};
+use pliant::diagnostics::{ContactTraction, ElementState, SymmetricTensor};
 use pliant::observer::Quantities;
 use pliant::topology::Topology;
 
@@ -52,8 +52,9 @@ fn frame_bytes(quantities: Quantities, topology: &Topology) -> usize {
     let if_needed = |quantity, bytes| if quantities.contains(quantity) { bytes } else { 0 };
     let of_element = if_needed(Quantities::ELEMENTS, size_of::<ElementState>())
         + if_needed(Quantities::STRESS_ERROR, size_of::<f64>());
-    let of_vertex =
-        16 * topology.dimension + if_needed(Quantities::NODAL_STRESS, size_of::<SymmetricTensor>());
+    let of_vertex = 16 * topology.dimension
+        + if_needed(Quantities::NODAL_STRESS, size_of::<SymmetricTensor>())
+        + if_needed(Quantities::CONTACT_TRACTIONS, size_of::<ContactTraction>());
     let elements = if of_element > 0 { elements::count(topology) } else { 0 };
     of_vertex * topology.vertex_count + of_element * elements
 }

@@ -14,7 +14,7 @@ use super::values::{positive_seconds, time_span};
 pub(crate) struct RenderArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
-    /// Picture: .png, .apng, .gif, .webp or .svg
+    /// Picture: .png, .gif or .svg
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// The frame nearest to this time, alone [default: the last frame for .png and .svg, an animation else]

@@ -6,8 +6,7 @@ use std::path::Path;
 
 use pliant_view::drawing::{Colouring, DrawError, Drawing};
 use pliant_view::picture::{
-    Animation, Film, PictureError, RenderOptions, Style, write_apng, write_gif, write_png, write_svg,
-    write_webp, write_webp_animation,
+    Animation, Film, PictureError, RenderOptions, Style, write_gif, write_png, write_svg,
 };
 use serde_json::json;
 
@@ -46,9 +45,7 @@ pub(crate) fn execute(arguments: &RenderArguments, terminal: Terminal) -> Result
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PictureFormat {
     Png,
-    Apng,
     Gif,
-    WebP,
     Svg,
 }
 
@@ -57,19 +54,17 @@ impl PictureFormat {
         let extension = path.extension().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
         Ok(match extension.as_str() {
             "png" => PictureFormat::Png,
-            "apng" => PictureFormat::Apng,
             "gif" => PictureFormat::Gif,
-            "webp" => PictureFormat::WebP,
             "svg" => PictureFormat::Svg,
             _ => {
                 let message = format!("{} does not say which format it has", path.display());
-                return Err(Failure::usage(format!("{message}; end it in .png, .apng, .gif, .webp or .svg")));
+                return Err(Failure::usage(format!("{message}; end it in .png, .gif or .svg")));
             }
         })
     }
 
     fn moves(self) -> bool {
-        matches!(self, PictureFormat::Apng | PictureFormat::Gif | PictureFormat::WebP)
+        self == PictureFormat::Gif
     }
 }
 
@@ -82,7 +77,7 @@ fn refuse_pattern(path: &Path) -> Result<(), Failure> {
     }
     Err(Failure::usage(format!(
         "{} names a file for each frame; all frames go into one: `--frames N` puts N side by side into a \
-         .png, one after the other into an .apng, .gif or .webp, and `--at TIME` draws a single one",
+         .png, one after the other into a .gif, and `--at TIME` draws a single one",
         path.display()
     )))
 }
@@ -204,9 +199,6 @@ fn encode(film: &Film, format: PictureFormat, arguments: &RenderArguments) -> Re
     match format {
         PictureFormat::Png if film.len() > 1 => write_png(&film.contact_sheet(), &mut content)?,
         PictureFormat::Png => write_png(&film.draw()[0], &mut content)?,
-        PictureFormat::WebP if film.len() == 1 => write_webp(&film.draw()[0], &mut content)?,
-        PictureFormat::WebP => write_webp_animation(&animation(film, arguments), &mut content)?,
-        PictureFormat::Apng => write_apng(&animation(film, arguments), &mut content)?,
         PictureFormat::Gif => write_gif(&animation(film, arguments), &mut content)?,
         PictureFormat::Svg => write_svg(film, &mut content)?,
     }

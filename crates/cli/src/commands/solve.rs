@@ -3,6 +3,7 @@
 use pliant::quantity::Seconds;
 use pliant_lab::accuracy::{AccuracyError, AccuracySearch, AccurateRun, WishedError};
 use pliant_lab::quantity::{NoQuantity, QuantityOfInterest};
+use pliant_lab::refinement::StudiedSceneError;
 use serde_json::json;
 
 use super::run::errors::of_quantity;
@@ -39,7 +40,7 @@ pub(crate) fn execute(arguments: &SolveArguments, terminal: Terminal) -> Result<
         AccuracySearch { source: &input.source, quantity: &quantity, wish, budget, interrupt: interrupted };
     let found = announced(terminal, |watch| search.run(watch));
     let found = found.map_err(|error| match error {
-        AccuracyError::Scene(error) => error.into(),
+        AccuracyError::Scene(StudiedSceneError::Scene(error)) => error.into(),
         AccuracyError::NotReached(_) | AccuracyError::Interrupted => {
             Failure::failed("accuracy", error.to_string())
         }

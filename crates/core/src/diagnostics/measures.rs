@@ -7,10 +7,12 @@
 //!    sentences. Recordings, exports, colours of pictures and probes know it from there.
 //! 3. Compare it with closed forms in `tests/engine/element_state.rs`, and print the scene format anew.
 //!
-//! Measures of recovered stresses are in `NODAL_MEASURES`, those of their error in `ERROR_MEASURE`.
+//! Measures of recovered stresses are in `NODAL_MEASURES`, those of their error in `ERROR_MEASURE`, those of
+//! contact in `CONTACT_MEASURES`.
 
 use crate::algebra::Mat;
 use crate::element::{ElementState, von_mises};
+use crate::energy::ContactShare;
 
 /// A measure of deformation, strain or stress, computed from a `T`.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +28,7 @@ pub struct Measure<T = ElementState> {
 
 const SCALAR: &[&str] = &["value"];
 const STRETCHES: &[&str] = &["1", "2", "3"];
+const VECTOR: &[&str] = &["x", "y", "z"];
 const TENSOR: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
 /// Component order of a symmetric tensor in VTK.
 const SYMMETRIC: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
@@ -100,6 +103,39 @@ pub const NODAL_MEASURES: [Measure<SymmetricTensor>; 2] = [
     Measure { name: "nodal-stress", unit: "Pa", fields: SYMMETRIC, write: |stress, out| out.extend(stress) },
 ];
 
+/// Traction of contact at a vertex of a surface: forces per present area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactTraction {
+    /// Normal force per area [Pa]; forces on both sides of a sheet add up.
+    pub pressure: f64,
+    /// Friction per area [Pa]; third component 0 in 2D.
+    pub shear: [f64; 3],
+}
+
+impl ContactTraction {
+    /// Divides the forces at a vertex by its area; NaN without an area.
+    pub(crate) fn of(share: &ContactShare) -> Self {
+        let per_area = |force: f64| if share.area > 0.0 { force / share.area } else { f64::NAN };
+        ContactTraction { pressure: per_area(share.normal), shear: share.friction.map(per_area) }
+    }
+}
+
+/// Measures of contact at vertices.
+pub const CONTACT_MEASURES: [Measure<ContactTraction>; 2] = [
+    Measure {
+        name: "contact-pressure",
+        unit: "Pa",
+        fields: SCALAR,
+        write: |traction, out| out.push(traction.pressure),
+    },
+    Measure {
+        name: "contact-shear",
+        unit: "Pa",
+        fields: VECTOR,
+        write: |traction, out| out.extend(traction.shear),
+    },
+];
+
 /// Estimated error of the stress of elements, [`StressError`](super::recovery::StressError).
 pub const ERROR_MEASURE: Measure<f64> =
     Measure { name: "zz", unit: "sqrt(J)", fields: SCALAR, write: |error, out| out.push(*error) };
@@ -154,7 +190,8 @@ impl RecordedField {
     /// Returns all fields that a recording can have.
     pub fn all() -> impl Iterator<Item = RecordedField> {
         let elements = MEASURES.iter().map(Measure::of_elements).chain([ERROR_MEASURE.of_elements()]);
-        elements.chain(NODAL_MEASURES.iter().map(Measure::of_vertices))
+        let vertices = NODAL_MEASURES.iter().map(Measure::of_vertices);
+        elements.chain(vertices).chain(CONTACT_MEASURES.iter().map(Measure::of_vertices))
     }
 
     /// Returns the field of this name; `None` if there is none.

@@ -54,7 +54,8 @@ pub use balance::Balance;
 pub(crate) use ledger::EnergyLedger;
 pub(crate) use measures::symmetric_tensor;
 pub use measures::{
-    ERROR_MEASURE, FieldRows, MEASURES, Measure, NODAL_MEASURES, RecordedField, SymmetricTensor,
+    CONTACT_MEASURES, ContactTraction, ERROR_MEASURE, FieldRows, MEASURES, Measure, NODAL_MEASURES,
+    RecordedField, SymmetricTensor,
 };
 pub use reaction::Reaction;
 pub(crate) use reaction::{ReactionInputs, reactions};

@@ -36,9 +36,10 @@ use std::ops::Range;
 use crate::material::Psd;
 pub use evaluated::{ElementVisitor, EvaluatedElement};
 pub use views::{
-    Approach, ChangingStencils, ContactExtremes, ContactPlace, Driven, ElementTerm, ForceLayout, HistoryTerm,
-    LeastGap, LoadTerm, Measurements, Penetration, PredictedStresses, ShapedContact, StepLimit,
-    SurfaceContact, TermViews, TieTerm, TouchingPair, TouchingSurfaces, WatchedContacts, WayObstruction,
+    Approach, ChangingStencils, ContactExtremes, ContactPlace, ContactShare, Driven, ElementTerm,
+    ForceLayout, HistoryTerm, LeastGap, LoadTerm, Measurements, Penetration, PredictedStresses,
+    ShapedContact, StepLimit, SurfaceContact, TermViews, TieTerm, TouchingPair, TouchingSurfaces,
+    WatchedContacts, WayObstruction,
 };
 
 /// Diagnostic sum to which an energy belongs. Every kind is part of the total.

@@ -397,6 +397,18 @@ pub struct SurfaceContact {
     pub friction: [f64; 3],
 }
 
+/// Sums of contact forces at a vertex, and the area of the surface there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactShare {
+    /// Sum of its shares of the magnitudes of normal forces [N].
+    pub normal: f64,
+    /// Sum of its shares of friction forces on it [N]; third component 0 in 2D.
+    pub friction: [f64; 3],
+    /// Present area of the surface at the vertex [m^2]: a third of its triangles, a quarter of its
+    /// quadrilaterals, in 2D half of its edges, one metre deep; zero for a vertex of no surface.
+    pub area: f64,
+}
+
 /// A pair of closest primitives that touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TouchingPair {
@@ -419,6 +431,10 @@ pub trait TouchingSurfaces {
 
     /// Returns all contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
     fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact>;
+
+    /// Adds the contact forces at `x` and `v`, flat [m] and [m/s], to the shares of the vertices, as the closest
+    /// points divide them, and the areas of the surface.
+    fn add_shares(&self, x: &[f64], v: &[f64], shares: &mut [ContactShare]);
 
     /// Describes an inadmissible state at `x`, flat [m]: surfaces that cross or overlap.
     fn conflict(&self, x: &[f64]) -> Option<String>;

@@ -13,10 +13,10 @@ use std::ops::{BitOr, BitOrAssign};
 /// assert_eq!(read.without(Quantities::REACTIONS).to_string(), "diagnostics");
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Quantities(u8);
+pub struct Quantities(u16);
 
 /// Names, in bit order.
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "state",
     "diagnostics",
     "states of elements",
@@ -25,6 +25,7 @@ const NAMES: [&str; 8] = [
     "contacts",
     "stress at vertices",
     "error of the stress",
+    "contact tractions",
 ];
 
 impl Quantities {
@@ -46,6 +47,9 @@ impl Quantities {
     pub const NODAL_STRESS: Quantities = Quantities(1 << 6);
     /// Estimated error of the stress of elements, [`Frame::stress_error`](super::Frame::stress_error).
     pub const STRESS_ERROR: Quantities = Quantities(1 << 7);
+    /// Pressure and friction of contact at vertices,
+    /// [`Frame::contact_tractions`](super::Frame::contact_tractions).
+    pub const CONTACT_TRACTIONS: Quantities = Quantities(1 << 8);
 
     /// True if the set contains all of `others`.
     pub const fn contains(self, others: Quantities) -> bool {

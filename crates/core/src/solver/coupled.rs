@@ -3,11 +3,9 @@
 #[cfg(test)]
 mod tests;
 
-use pliant_sparse::{Lu, SymbolicLu};
-
 use super::StepFault;
-use super::hessian::{Assembler, At, Weights};
-use super::ordering::nested_dissection;
+use super::hessian::{At, Weights};
+use super::stages::StageMatrix;
 use super::{SolveError, SolveFailure, SolverOptions, SolverWork, scene_size};
 use crate::energy::Fault;
 use crate::material::Psd;
@@ -87,100 +85,15 @@ pub(crate) fn coupled_newton(dimension: usize, options: SolverOptions) -> Box<dy
 struct Coupled<const D: usize> {
     options: SolverOptions,
     size: f64,
-    structure: Option<StageStructure<D>>,
-    lu: Option<Lu>,
-    /// Step size of the factor `lu` [s].
-    factorized: f64,
+    matrix: Option<StageMatrix<D>>,
+    /// Step size of its factors [s]; `None` without factors.
+    factorized: Option<f64>,
     residual: Vec<Vec<f64>>,
     force: Vec<f64>,
     positions: Vec<f64>,
     trial: Vec<Vec<f64>>,
     trial_v: Vec<Vec<f64>>,
-    right: Vec<f64>,
     work: SolverWork,
-}
-
-/// Structure of the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the
-/// `k`-th vertex in elimination order.
-struct StageStructure<const D: usize> {
-    stages: usize,
-    assembler: Assembler<D>,
-    /// Pattern version of the assembler for the rest.
-    pattern: u64,
-    damped: bool,
-    /// Position of each vertex in the elimination order.
-    place: Vec<usize>,
-    value: Vec<f64>,
-    symbolic: SymbolicLu,
-}
-
-impl<const D: usize> StageStructure<D> {
-    /// Builds the structure; `None` if the factor would not fit memory.
-    fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
-        let assembler = Assembler::<D>::new(system);
-        Self::of(assembler, system.is_damped(), stages, system.ordering_positions(x))
-    }
-
-    /// Builds the structure from the pattern of `assembler`, with vertices ordered by their `positions`.
-    fn of(assembler: Assembler<D>, damped: bool, stages: usize, positions: &[f64]) -> Option<Self> {
-        let matrix = assembler.matrix();
-        let order = nested_dissection(matrix, positions);
-        let mut place = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(k, v)| place[*v as usize] = k);
-        let (mut column_start, mut row) = (vec![0], vec![]);
-        for &vertex in &order {
-            let mut neighbours: Vec<usize> = matrix.row(vertex as usize).map(|(c, _)| place[c]).collect();
-            neighbours.sort_unstable();
-            for j in 0..stages {
-                for c in 0..D {
-                    for &k in &neighbours {
-                        for i in 0..stages {
-                            for r in 0..D {
-                                if Self::is_entry(damped, k == place[vertex as usize], (i, r), (j, c)) {
-                                    row.push((k * stages + i) * D + r);
-                                }
-                            }
-                        }
-                    }
-                    column_start.push(row.len());
-                }
-            }
-        }
-        let value = vec![0.0; row.len()];
-        let symbolic = SymbolicLu::new(column_start, row)?;
-        let pattern = assembler.pattern();
-        Some(StageStructure { stages, assembler, pattern, damped, place, value, symbolic })
-    }
-
-    /// Masses and damping couple stages; Hessians belong to one stage.
-    fn is_entry(damped: bool, same_vertex: bool, (i, r): (usize, usize), (j, c): (usize, usize)) -> bool {
-        i == j || damped || same_vertex && r == c
-    }
-
-    /// Adds `factor` times the matrix last assembled to the entries of stages `(i, j)`.
-    fn add(&mut self, i: usize, j: usize, factor: f64) {
-        let s = self.stages;
-        for vertex in 0..self.place.len() {
-            for (other, block) in self.assembler.matrix().row(vertex) {
-                for r in 0..D {
-                    for c in 0..D {
-                        let row = (self.place[vertex] * s + i) * D + r;
-                        let column = (self.place[other] * s + j) * D + c;
-                        let at = self.symbolic.entry(row, column).expect("the structure has it");
-                        self.value[at] += factor * block[r][c];
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds `m` to the diagonal at coordinate `c` of `vertex` for stages `(i, j)`.
-    fn add_diagonal(&mut self, vertex: usize, c: usize, (i, j): (usize, usize), m: f64) {
-        let row = (self.place[vertex] * self.stages + i) * D + c;
-        let column = (self.place[vertex] * self.stages + j) * D + c;
-        let at = self.symbolic.entry(row, column).expect("the structure has it");
-        self.value[at] += m;
-    }
 }
 
 impl<const D: usize> Coupled<D> {
@@ -188,15 +101,13 @@ impl<const D: usize> Coupled<D> {
         Coupled {
             options,
             size: 0.0,
-            structure: None,
-            lu: None,
-            factorized: 0.0,
+            matrix: None,
+            factorized: None,
             residual: vec![],
             force: vec![],
             positions: vec![],
             trial: vec![],
             trial_v: vec![],
-            right: vec![],
             work: SolverWork::none(&options),
         }
     }
@@ -288,37 +199,8 @@ impl<const D: usize> Coupled<D> {
         if square.is_finite() { square.sqrt() } else { f64::INFINITY }
     }
 
-    /// Extends the structure by the stencils of all stages, and rebuilds it if the pattern has grown.
-    /// `None` if its factor would not fit memory.
-    fn structure_for(
-        &mut self,
-        system: &mut System,
-        stages: &StageSystem<'_>,
-        z: &[Vec<f64>],
-    ) -> Option<StageStructure<D>> {
-        let mut structure = self.structure.take()?;
-        if system.changing_structure().is_none() {
-            return Some(structure);
-        }
-        loop {
-            let before = structure.assembler.pattern();
-            for i in 0..stages.count() {
-                self.positions(stages, z, i);
-                system.find_stencils(&self.positions);
-                structure.assembler.include_stencils(system);
-            }
-            if structure.assembler.pattern() == before {
-                break;
-            }
-        }
-        if structure.assembler.pattern() == structure.pattern {
-            return Some(structure);
-        }
-        self.work.analyses += 1;
-        StageStructure::of(structure.assembler, structure.damped, structure.stages, stages.x)
-    }
-
-    /// Assembles and factorises at these stages; returns false if the matrix is singular.
+    /// Assembles and factorises at these stages; returns false if the matrix is singular, or if its factors
+    /// would not fit memory.
     fn factorize(
         &mut self,
         system: &mut System,
@@ -327,68 +209,57 @@ impl<const D: usize> Coupled<D> {
         v: &[Vec<f64>],
     ) -> bool {
         let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
-        let Some(mut structure) = self.structure_for(system, stages, z) else { return false };
-        structure.value.fill(0.0);
+        self.factorized = None;
+        let Some(matrix) = self.matrix.take() else { return false };
+        // Make room for the stencils of all stages.
+        let moved = |z: &Vec<f64>| stages.x.iter().zip(z).map(|(x, z)| x + z).collect();
+        let places: Vec<Vec<f64>> = z.iter().map(moved).collect();
+        let pattern = matrix.pattern();
+        let Some(mut matrix) = matrix.including(system, &places, stages.x) else { return false };
+        self.work.analyses += u64::from(matrix.pattern() != pattern);
+        // Stiffness of each stage; damping couples the stages.
+        matrix.clear();
         for i in 0..s {
-            self.positions(stages, z, i);
             system.set_time(stages.times[i]);
-            system.find_stencils(&self.positions);
-            let at = At { x: &self.positions, v: &v[i], psd: Psd::Exact, predicted_from: None };
+            system.find_stencils(&places[i]);
+            let at = At { x: &places[i], v: &v[i], psd: Psd::Exact, predicted_from: None };
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
-            structure.assembler.assemble(system, at, stiffness);
-            structure.add(i, i, 1.0);
-            // Damping couples the stages.
-            if structure.damped {
+            matrix.add(system, at, stiffness, |row, column| (row == i && column == i).then_some(1.0));
+            if system.is_damped() {
                 let damping = Weights { inertia: 0.0, stiffness: 0.0, damping: h };
-                structure.assembler.assemble(system, at, damping);
-                for j in 0..s {
-                    structure.add(i, j, stages.inverse[i][j]);
-                }
-            }
-            // Inertia and drag.
-            for n in (0..stages.x.len()).filter(|n| system.inverse_mass()[*n] > 0.0) {
-                let m = system.mass()[n / D];
-                for j in 0..s {
-                    let factor = stages.square(i, j) + h * drag * stages.inverse[i][j];
-                    structure.add_diagonal(n / D, n % D, (i, j), factor * m);
-                }
+                let factor = |row: usize, column: usize| (row == i).then(|| stages.inverse[i][column]);
+                matrix.add(system, at, damping, factor);
             }
         }
+        matrix.add_masses(system, |i, j| stages.square(i, j) + h * drag * stages.inverse[i][j]);
         self.work.hessians += s as u64;
         self.work.factorizations += 1;
-        self.lu = structure.symbolic.factorize(&structure.value);
-        self.factorized = h;
-        self.structure = Some(structure);
-        self.lu.is_some()
+        let is_regular = matrix.factorize();
+        self.factorized = is_regular.then_some(h);
+        self.matrix = Some(matrix);
+        is_regular
     }
 
-    /// Writes the correction of the current residual to `right` and to `residual`; returns its largest
-    /// component.
-    fn correction(&mut self, system: &System, stages: usize) -> f64 {
-        let (Some(structure), Some(lu)) = (&self.structure, &self.lu) else { return f64::NAN };
-        let place = |n: usize, i: usize| (structure.place[n / D] * stages + i) * D + n % D;
-        for i in 0..stages {
-            for (n, r) in self.residual[i].iter().enumerate() {
-                self.right[place(n, i)] = -r * system.mass()[n / D];
-            }
+    /// Replaces the current residual by its correction; returns the largest component, NaN without factors.
+    fn correction(&mut self, system: &System) -> f64 {
+        let Some(matrix) = self.matrix.as_mut().filter(|_| self.factorized.is_some()) else {
+            return f64::NAN;
+        };
+        for residual in &mut self.residual {
+            residual.iter_mut().enumerate().for_each(|(n, r)| *r *= -system.mass()[n / D]);
         }
-        lu.solve(&mut self.right);
-        // Back in the order of the residual.
-        for i in 0..stages {
-            for n in 0..self.residual[i].len() {
-                self.residual[i][n] = self.right[place(n, i)];
-            }
-        }
-        self.right.iter().fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
+        matrix.solve(&mut self.residual);
+        let corrections = self.residual.iter().flatten();
+        corrections.fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
     }
 
     /// True if the simplified correction, by the current factor for the current residual, is shorter than
     /// the last correction, of which `step` was taken. A step across a stiff spring stretches it to
     /// second order, so that its residual grows while the solution comes nearer. Natural monotonicity
     /// test: Deuflhard 2004, *Newton Methods for Nonlinear Problems*, section 3.3.
-    fn falls_naturally(&mut self, system: &System, stages: usize, step: f64, last: f64) -> bool {
+    fn falls_naturally(&mut self, system: &System, step: f64, last: f64) -> bool {
         let residual = self.residual.clone();
-        let correction = self.correction(system, stages);
+        let correction = self.correction(system);
         self.residual = residual;
         correction < (1.0 - 0.25 * step) * last
     }
@@ -408,13 +279,13 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         }
         // Resize scratch memory, and rebuild the structure if the system has changed.
         self.force.resize(unknowns, 0.0);
-        self.right.resize(s * unknowns, 0.0);
         for rows in [&mut self.residual, &mut self.trial, &mut self.trial_v] {
             rows.resize(s, vec![]);
             rows.iter_mut().for_each(|row| row.resize(unknowns, 0.0));
         }
-        if !self.structure.as_ref().is_some_and(|structure| structure.assembler.fits(system)) {
-            (self.structure, self.lu) = (StageStructure::new(system, s, stages.x), None);
+        if !self.matrix.as_ref().is_some_and(|matrix| matrix.fits(system)) {
+            let is_damped = system.is_damped();
+            (self.matrix, self.factorized) = (StageMatrix::new(system, s, is_damped, stages.x), None);
         }
         let tolerance = self.options.tolerance.unwrap_or(1e-13 * self.size);
         let fail = |system: &System, x: &[f64], v: &[f64], verdict, iterations, correction| {
@@ -438,14 +309,14 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             if system.is_stopped() {
                 return fail(system, &self.positions, &v[0], SolveFailure::Stopped, iteration, before);
             }
-            let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
+            let mut old_factor = keep && self.factorized == Some(stages.h);
             let residual = self.residual.clone();
             // Correction, with a reused factor while corrections shrink fast.
             let correction = loop {
                 if !old_factor && !self.factorize(system, stages, z, v) {
                     return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, before);
                 }
-                let correction = self.correction(system, s);
+                let correction = self.correction(system);
                 let slow = correction.is_nan()
                     || correction > CONTRACTION * before && correction > ROUNDING * self.size;
                 if old_factor && slow {
@@ -478,7 +349,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 if there < norm || there.is_finite() && correction <= tolerance.max(STAGNATION * self.size) {
                     break there;
                 }
-                if there.is_finite() && self.falls_naturally(system, s, step, correction) {
+                if there.is_finite() && self.falls_naturally(system, step, correction) {
                     break there;
                 }
                 if halvings == MAX_HALVINGS && old_factor {
@@ -528,12 +399,11 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     }
 
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
-        let Some(structure) = StageStructure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
-        let factors = structure.symbolic.factor_bytes(structure.damped).unwrap_or(usize::MAX / 4);
-        let matrix = structure.assembler.bytes() + 16 * structure.value.len();
+        let is_damped = system.is_damped();
+        let Some(matrix) = StageMatrix::<D>::new(system, stages, is_damped, x) else { return usize::MAX / 2 };
         // Residual, trial and its velocities of all stages, their right-hand side, and force and
         // positions of one stage.
         let vectors = 8 * x.len() * (6 * stages + 2);
-        matrix + vectors + factors
+        matrix.predicted_bytes() + vectors
     }
 }

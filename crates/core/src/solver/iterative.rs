@@ -1,5 +1,5 @@
-//! Preconditioned conjugate gradients for the matrices of Newton's method, with the policy for updating
-//! the preconditioner.
+//! Preconditioned conjugate gradients for the matrices of implicit steps, with the policy for updating the
+//! preconditioner.
 
 use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner};
@@ -33,16 +33,16 @@ const FACTOR_READS: f64 = 4.0;
 
 /// A matrix, its part of fixed structure, and the versions of its pattern and entries.
 #[derive(Clone, Copy)]
-pub(super) struct AssembledMatrix<'a, const D: usize> {
+pub struct AssembledMatrix<'a, const D: usize> {
     pub(super) whole: &'a BlockMatrix<D>,
-    pub(super) fixed: &'a BlockMatrix<D>,
-    pub(super) pattern: u64,
-    pub(super) entries: u64,
+    fixed: &'a BlockMatrix<D>,
+    pattern: u64,
+    entries: u64,
 }
 
 impl<'a, const D: usize> AssembledMatrix<'a, D> {
     /// Returns the matrices last assembled.
-    pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
+    pub fn of(assembler: &'a Assembler<D>) -> Self {
         AssembledMatrix {
             whole: assembler.matrix(),
             fixed: assembler.fixed(),
@@ -53,9 +53,10 @@ impl<'a, const D: usize> AssembledMatrix<'a, D> {
 }
 
 /// Conjugate gradients with a preconditioner that is kept between matrices.
-pub(super) enum Iterative<const D: usize> {
+pub enum Iterative<const D: usize> {
     /// Symmetric Gauss-Seidel, updated for each matrix.
     GaussSeidel {
+        /// Preconditioner and solver.
         sweeps: Box<GaussSeidel<D>>,
         /// Pattern and entry versions of the prepared matrix.
         made_for: Option<[u64; 2]>,
@@ -67,7 +68,7 @@ pub(super) enum Iterative<const D: usize> {
 }
 
 /// Conjugate gradients with multigrid.
-pub(super) struct Levels<const D: usize> {
+pub struct Levels<const D: usize> {
     levels: Multigrid<D>,
     /// Correction on the vertices of changing stencils, which the levels do not see.
     subspace: Subspace<D>,
@@ -79,7 +80,7 @@ pub(super) struct Levels<const D: usize> {
 
 /// Iterations that a solve may take: an average per solve, plus what earlier ones have saved.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Allowance {
+pub struct Allowance {
     each: u64,
     left: u64,
 }
@@ -111,12 +112,13 @@ impl Allowance {
 
 impl<const D: usize> Iterative<D> {
     /// Creates one with symmetric Gauss-Seidel, for at most `each` iterations per solve on average.
-    pub(super) fn gauss_seidel(each: Option<u64>) -> Self {
-        Iterative::GaussSeidel { sweeps: Box::default(), made_for: None, allowance: each.map(Allowance::new) }
+    pub fn gauss_seidel(sweeps: GaussSeidel<D>, each: Option<u64>) -> Self {
+        let allowance = each.map(Allowance::new);
+        Iterative::GaussSeidel { sweeps: Box::new(sweeps), made_for: None, allowance }
     }
 
     /// Creates one with these multigrid levels.
-    pub(super) fn multigrid(levels: Multigrid<D>) -> Self {
+    pub fn multigrid(levels: Multigrid<D>) -> Self {
         let levels = Levels {
             levels,
             subspace: Subspace::new(),
@@ -128,7 +130,7 @@ impl<const D: usize> Iterative<D> {
     }
 
     /// Returns the multigrid levels, if any.
-    pub(super) fn into_levels(self) -> Option<Multigrid<D>> {
+    pub fn into_levels(self) -> Option<Multigrid<D>> {
         match self {
             Iterative::GaussSeidel { .. } => None,
             Iterative::Multigrid(levels) => Some(levels.levels),
@@ -143,15 +145,16 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Solves `whole solution = right` to a `tolerance`. `made` has the weights, the treatment of
-    /// elements and the positions, flat [m], of the matrix.
-    pub(super) fn solve(
+    /// Solves `whole solution = right` to a tolerance, in a number of iterations at most that the solver's own
+    /// limits may lower. `made` has the weights, the treatment of elements and the positions, flat [m], of
+    /// the matrix.
+    pub fn solve(
         &mut self,
         matrices: AssembledMatrix<'_, D>,
         made: (Weights, Psd, &[f64]),
         right: &[f64],
         solution: &mut [f64],
-        tolerance: CgTolerance,
+        (tolerance, most): (CgTolerance, u64),
     ) -> CgReport {
         match self {
             Iterative::GaussSeidel { sweeps, made_for, allowance } => {
@@ -163,12 +166,12 @@ impl<const D: usize> Iterative<D> {
                     }
                     *made_for = of;
                 }
-                let most = allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most());
-                let report = sweeps.solve(right, solution, tolerance, most);
+                let own = allowance.map_or(10 * right.len() as u64 + 1000, |allowance| allowance.most());
+                let report = sweeps.solve(right, solution, tolerance, own.min(most));
                 allowance.iter_mut().for_each(|allowance| allowance.spend(&report));
                 report
             }
-            Iterative::Multigrid(levels) => levels.solve(matrices, made, right, solution, tolerance),
+            Iterative::Multigrid(levels) => levels.solve(matrices, made, right, solution, (tolerance, most)),
         }
     }
 
@@ -205,7 +208,7 @@ impl<const D: usize> Levels<D> {
         (weights, psd, x): (Weights, Psd, &[f64]),
         right: &[f64],
         solution: &mut [f64],
-        tolerance: CgTolerance,
+        (tolerance, most): (CgTolerance, u64),
     ) -> CgReport {
         let Levels { levels, subspace, made_for, first_rate, cg } = self;
         // Recompute the levels if they were made for another matrix or have worn out.
@@ -228,7 +231,8 @@ impl<const D: usize> Levels<D> {
             Err(_) => return INDEFINITE,
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report = cg.solve(product, preconditioner, right, solution, tolerance, MULTIGRID_ITERATIONS);
+        let most = most.min(MULTIGRID_ITERATIONS);
+        let report = cg.solve(product, preconditioner, right, solution, tolerance, most);
         // Mark the levels as worn out if this solve took too many iterations.
         let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
         let first = *first_rate.get_or_insert(count / gained);

@@ -1,8 +1,7 @@
 //! Exact tangents of statics, definite or not, for path following (continuation).
 
-use pliant_sparse::{Lu, SymbolicLu};
-
 use super::hessian::{Assembler, At, Weights};
+use super::lu::BlockLu;
 use crate::material::Psd;
 use crate::system::System;
 
@@ -32,52 +31,22 @@ pub(crate) fn exact_tangent(dimension: usize) -> Box<dyn ExactTangent> {
 #[derive(Default)]
 struct SparseTangent<const D: usize> {
     assembler: Option<Assembler<D>>,
-    symbolic: Option<SymbolicLu>,
-    entries: Vec<f64>,
-    factor: Option<Lu>,
+    lu: BlockLu,
 }
 
 impl<const D: usize> ExactTangent for SparseTangent<D> {
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool {
-        self.factor = None;
         // Rebuild structures if the system has changed.
         if !self.assembler.as_ref().is_some_and(|assembler| assembler.fits(system)) {
-            self.assembler = Some(Assembler::new(system));
-            self.symbolic = None;
+            (self.assembler, self.lu) = (Some(Assembler::new(system)), BlockLu::default());
         }
-        let SparseTangent { assembler, symbolic, entries, factor } = self;
-        let Some(assembler) = assembler else { return false };
+        let Some(assembler) = &mut self.assembler else { return false };
         let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
         assembler.assemble(system, At { x, v: &[], psd: Psd::Exact, predicted_from: None }, weights);
-        let matrix = assembler.matrix();
-        // Symbolic analysis of the scalar pattern.
-        if symbolic.is_none() {
-            let (mut start, mut row) = (vec![0], vec![]);
-            for vertex in 0..matrix.rows() {
-                for _ in 0..D {
-                    row.extend(matrix.row(vertex).flat_map(|(c, _)| (0..D).map(move |l| c * D + l)));
-                    start.push(row.len());
-                }
-            }
-            *symbolic = SymbolicLu::new(start, row);
-        }
-        let Some(symbolic) = symbolic else { return false };
-        // The matrix is symmetric: rows serve as columns.
-        entries.clear();
-        for vertex in 0..matrix.rows() {
-            for k in 0..D {
-                entries.extend(matrix.row(vertex).flat_map(|(_, block)| block[k]));
-            }
-        }
-        if entries.iter().all(|entry| entry.is_finite()) {
-            *factor = symbolic.factorize(entries);
-        }
-        factor.is_some()
+        self.lu.factorize(assembler.matrix(), assembler.pattern())
     }
 
     fn solve(&self, b: &mut [f64]) {
-        if let Some(factor) = &self.factor {
-            factor.solve(b);
-        }
+        self.lu.solve(b);
     }
 }

@@ -11,21 +11,17 @@
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
 
 use pliant::integrator::IntegratorSpec;
 use pliant::quantity::{Kind, QuantityError, Rounded};
-use pliant::run::Plan;
-use pliant_scene::assembly::UnstableStep;
-use pliant_scene::{Scene, SceneError, Source};
+use pliant_scene::{Scene, Source};
 
 use crate::budget::{BudgetError, BudgetEvent, QuantityBudget, budget_of_scene};
 use crate::convergence::{LadderKind, LadderTier, estimate};
-use crate::quantity::{
-    CellMeshes, CellScale, ElementFamily, FRAMES, NoValues, QuantityOfInterest, QuantityRuns, RunKey,
-};
-use crate::study::{Contender, TimeGrid};
+use crate::quantity::{CellScale, ElementFamily, NoValues, QuantityOfInterest, RunKey};
+use crate::refinement::{StudiedScene, StudiedSceneError};
+use crate::study::Contender;
 
 /// Order by which errors of meshes are predicted.
 const PREDICTED_ORDER: f64 = 1.5;
@@ -39,13 +35,8 @@ const COARSEST: usize = 8;
 const LEVELS: usize = 8;
 /// Largest number of halvings of an implicit step.
 const HALVINGS: u32 = 12;
-/// Growth of the time of a run with half the cell size, as a power of 2 for each direction, of statics and
-/// implicit schemes: between that of a band and that of nested dissection.
-const IMPLICIT_GROWTH: f64 = 1.5;
 /// Explicit step relative to the largest stable one at rest.
 const EXPLICIT_PART: f64 = 0.45;
-/// Estimate of the time of an explicit step for each coordinate [s], before there is a run.
-const SECONDS_PER_COORDINATE: f64 = 3e-8;
 /// Largest number of values of a ladder.
 const LADDER: usize = 4;
 
@@ -82,6 +73,7 @@ impl WishedError {
             "N" => Kind::FORCE,
             "Pa" => Kind::PRESSURE,
             "Hz" => Kind::RATE,
+            "s" => Kind::TIME,
             _ => Kind::ENERGY,
         };
         let value = kind.parse(text).map_err(|error: QuantityError| no_wish(format!("is none: {error}")))?;
@@ -151,18 +143,9 @@ pub struct AccurateRun {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccuracyError {
-    /// The scene cannot be simulated.
+    /// The scene cannot be studied.
     #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The scene has no such quantity.
-    #[error("the scene has no `{0}`: there is no probe, or not exactly one pin, of this name")]
-    Missing(String),
-    /// Other meshes are not the same problem.
-    #[error("meshes cannot be refined: {0}")]
-    Meshes(String),
-    /// A duration of zero.
-    #[error("`duration` is 0: nothing moves")]
-    NoDuration,
+    Scene(#[from] StudiedSceneError),
     /// The wish was not proved.
     #[error("the accuracy is not reached: {0}")]
     NotReached(String),
@@ -177,35 +160,13 @@ impl AccuracySearch<'_> {
     /// # Errors
     /// [`AccuracyError`].
     pub fn run(&self, watch: &mut dyn FnMut(&str)) -> Result<AccurateRun, AccuracyError> {
-        let scene = self.source.scene()?;
-        let assembly =
-            scene.assemble(UnstableStep::Accept).map_err(|problems| self.source.error(problems))?;
-        if !self.quantity.is_of(&assembly) {
-            return Err(AccuracyError::Missing(self.quantity.to_string()));
-        }
-        let duration = scene.time.duration;
-        if duration <= 0.0 {
-            return Err(AccuracyError::NoDuration);
-        }
-        let cells = CellMeshes::of(&scene).map_err(AccuracyError::Meshes)?;
-        let is_static = assembly.simulation.method().is_static();
-        let rate = if is_static { 1.0 } else { FRAMES as f64 } / duration;
         let quantities = std::slice::from_ref(self.quantity);
-        let plan = Plan { duration, rate };
-        let runs = QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt).within(self.budget);
-        let own_step = assembly.simulation.step_size();
-        drop(assembly);
+        let of = StudiedScene::new(self.source, quantities, self.budget, self.interrupt)?;
         let mut search = AccuracyRuns {
             about: self,
-            parts: cells.common_parts(COARSEST),
-            scene,
-            cells,
-            runs,
-            grid: TimeGrid { duration, times: FRAMES as usize },
-            own_step,
-            is_static,
+            parts: of.cells.common_parts(COARSEST),
+            of,
             made: 0,
-            started: Instant::now(),
             last_reason: "no kind of elements could be run".into(),
             watch,
         };
@@ -215,16 +176,10 @@ impl AccuracySearch<'_> {
 
 struct AccuracyRuns<'a> {
     about: &'a AccuracySearch<'a>,
-    scene: Scene,
-    cells: CellMeshes,
+    of: StudiedScene<'a>,
     /// Part of the scene's cells on the coarsest mesh.
     parts: usize,
-    runs: QuantityRuns<'a>,
-    grid: TimeGrid,
-    own_step: f64,
-    is_static: bool,
     made: usize,
-    started: Instant,
     last_reason: String,
     watch: &'a mut dyn FnMut(&str),
 }
@@ -265,12 +220,8 @@ enum Refined {
 }
 
 impl AccuracyRuns<'_> {
-    fn words(&self, level: usize) -> String {
-        self.cells.words(self.scale(level))
-    }
-
-    fn left(&self) -> f64 {
-        self.about.budget - self.started.elapsed().as_secs_f64()
+    fn words(&self, family: ElementFamily, level: usize) -> String {
+        self.of.words(family, self.scale(level))
     }
 
     fn scale(&self, level: usize) -> CellScale {
@@ -315,8 +266,7 @@ impl AccuracyRuns<'_> {
 
     /// Growth of the time of a run with half the cell size, as a power of 2.
     fn growth(&self, stepping: RunStepping) -> f64 {
-        let directions = self.cells.directions() as f64;
-        if stepping == RunStepping::Explicit { directions + 1.0 } else { IMPLICIT_GROWTH * directions }
+        self.of.growth(stepping == RunStepping::Explicit)
     }
 
     /// Runs the coarsest mesh, in a motion by the cheaper of both schemes.
@@ -329,7 +279,7 @@ impl AccuracyRuns<'_> {
             seconds,
             predicted: f64::INFINITY,
         };
-        if self.is_static {
+        if self.of.is_static {
             let (value, largest, seconds) = self.values(family, RunStepping::Increments, 0)?;
             return Ok(new(RunStepping::Increments, value, largest, seconds));
         }
@@ -352,7 +302,7 @@ impl AccuracyRuns<'_> {
                 implicit = Ok(new(stepping, value, largest, seconds));
                 break;
             }
-            if seconds > most || 2.0 * seconds > 0.1 * self.left() {
+            if seconds > most || 2.0 * seconds > 0.1 * self.of.left() {
                 break;
             }
             last = Some(value);
@@ -387,32 +337,25 @@ impl AccuracyRuns<'_> {
         stepping: RunStepping,
         level: usize,
     ) -> Result<(Scene, Option<(Contender, f64)>), NoValues> {
-        let refused = || NoValues::Refused("the mesh has no such elements".into());
-        let mut scene = self.cells.scene(&self.scene, self.scale(level), Some(family)).ok_or_else(refused)?;
+        let scene = self.of.on(family, self.scale(level))?;
         let contender = Contender::from(match stepping {
             RunStepping::Increments => return Ok((scene, None)),
             RunStepping::Explicit => IntegratorSpec::VelocityVerlet,
             RunStepping::Implicit(_) => IntegratorSpec::TrBdf2,
         });
-        scene.time.integrator = contender.spec;
-        (scene.time.adaptive, scene.time.arc_length) = (None, None);
-        scene.time.step = Some(self.own_step);
-        let step = match stepping {
-            RunStepping::Implicit(parts) => self.grid.step(parts),
+        let parts = match stepping {
+            RunStepping::Implicit(parts) => parts,
             _ => {
-                scene.time.solver = None;
-                let report = self.runs.report(&scene)?;
-                let limit = report.stability.as_ref().ok_or(NoValues::Failed)?.step;
-                let parts = (self.grid.step(1) / (EXPLICIT_PART * limit)).ceil().max(1.0) as u64;
-                let steps = parts as f64 * self.grid.times as f64;
-                if steps * report.free_coordinates as f64 * SECONDS_PER_COORDINATE > self.left() {
+                let limit = self.of.explicit_limit(&scene, contender)?.ok_or(NoValues::Failed)?;
+                let parts = self.of.parts_below(EXPLICIT_PART * limit.step);
+                if parts as f64 * self.of.grid.times as f64 * limit.seconds > self.of.left() {
                     return Err(NoValues::Failed);
                 }
-                self.grid.step(parts)
+                parts
             }
         };
-        scene.time.step = Some(step);
-        Ok((scene, Some((contender, step))))
+        let step = self.of.grid.step(parts);
+        Ok((self.of.paced(scene, contender, step), Some((contender, step))))
     }
 
     /// Value, largest magnitude and time of a run.
@@ -422,15 +365,14 @@ impl AccuracyRuns<'_> {
         stepping: RunStepping,
         level: usize,
     ) -> Result<(f64, f64, f64), NoValues> {
-        if self.about.interrupt.load(Ordering::Relaxed) {
+        if self.of.is_interrupted() {
             return Err(NoValues::Interrupted);
         }
         let (scene, _) = self.scene(family, stepping, level)?;
-        let words = family.words(self.scene.dimension);
-        let about = format!("{words} on {} cells", self.words(level));
-        (self.watch)(&about);
+        let words = self.words(family, level);
+        (self.watch)(&words);
         self.made += 1;
-        let run = self.runs.run(&scene)?;
+        let run = self.of.runs.run(&scene)?;
         let value = &run.values[0];
         Ok((value.value, value.largest, run.statistics.stepping_seconds))
     }
@@ -441,8 +383,8 @@ impl AccuracyRuns<'_> {
         // The run itself, and what proves it.
         let next = 2.5 * candidate.seconds * growth;
         let level = candidate.values.len();
-        let mesh = format!("{} on {} cells", candidate.family.words(self.scene.dimension), self.words(level));
-        if level >= LEVELS || next > self.left() {
+        let mesh = self.words(candidate.family, level);
+        if level >= LEVELS || next > self.of.left() {
             let why = format!("{mesh} would take {} s, more than is left", Rounded::<2>(next));
             self.last_reason = format!("{why}; {}", self.last_reason);
             return Ok(Refined::GaveUp);
@@ -455,7 +397,7 @@ impl AccuracyRuns<'_> {
                 return Ok(Refined::GaveUp);
             }
         }
-        let expected = self.about.quantity.order_in_space(candidate.family.order(), self.is_static);
+        let expected = self.about.quantity.order_in_space(candidate.family.order(), self.of.is_static);
         let values = &candidate.values[candidate.values.len().saturating_sub(LADDER)..];
         let wish = self.about.wish.of(candidate.largest);
         let levels = match estimate(values, expected, LadderKind::Mesh) {
@@ -493,31 +435,27 @@ impl AccuracyRuns<'_> {
                 }
             };
             let quantities = std::slice::from_ref(self.about.quantity);
-            let scene = self.runs.with_probes(scene);
+            let scene = self.of.runs.with_probes(scene);
             let budget = budget_of_scene(&scene, quantities, self.about.interrupt, &mut begun);
             let mut budget = budget.map_err(|error| match error {
-                BudgetError::Scene(error) => AccuracyError::Scene(error),
+                BudgetError::Scene(error) => AccuracyError::Scene(error.into()),
                 error => AccuracyError::NotReached(error.to_string()),
             })?;
             self.made += budget.runs + 1;
             let proof = budget.quantities.remove(0);
             if proof.interval.is_some_and(|interval| interval <= wish) {
-                let mut keys = self.cells.keys(&self.scene, self.scale(level), candidate.family);
-                if let Some((contender, step)) = paced {
-                    keys.extend(RunKey::of_pace(&self.scene, contender.name(), step));
-                }
                 return Ok(Some(AccurateRun {
                     family: candidate.family,
-                    elements: candidate.family.words(self.scene.dimension),
-                    cells: self.words(level),
+                    elements: candidate.family.words(self.of.scene.dimension),
+                    cells: self.of.cells.words(self.scale(level)),
                     scheme: scene.time.integrator.method().documentation.name,
                     step: paced.map(|(_, step)| step),
-                    keys,
+                    keys: self.of.keys(candidate.family, self.scale(level), paced),
                     wish,
                     proof,
                     seconds: budget.seconds,
                     runs: self.made,
-                    search_seconds: self.started.elapsed().as_secs_f64(),
+                    search_seconds: self.of.seconds(),
                 }));
             }
             let interval = |part: &str| {
@@ -526,9 +464,8 @@ impl AccuracyRuns<'_> {
             };
             self.last_reason = match proof.interval {
                 Some(interval) => format!(
-                    "{} on {} cells: the proof gives {} {}",
-                    candidate.family.words(self.scene.dimension),
-                    self.words(level),
+                    "{}: the proof gives {} {}",
+                    self.words(candidate.family, level),
                     Rounded::<2>(interval),
                     proof.unit
                 ),
@@ -540,7 +477,7 @@ impl AccuracyRuns<'_> {
             // Smaller steps of the implicit scheme, if these are what is missing.
             let RunStepping::Implicit(parts) = candidate.stepping else { return Ok(None) };
             let by_step = interval("step").unwrap_or(f64::INFINITY);
-            if by_step <= interval("mesh").unwrap_or(f64::INFINITY) || 4.0 * budget.seconds > self.left() {
+            if by_step <= interval("mesh").unwrap_or(f64::INFINITY) || 4.0 * budget.seconds > self.of.left() {
                 return Ok(None);
             }
             candidate.stepping = RunStepping::Implicit(2 * parts);

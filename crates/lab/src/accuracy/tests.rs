@@ -66,9 +66,12 @@ fn wishes_that_cannot_be_proved_are_refused() {
     let failure = found(&beam, "tip.y", "0.001 %", 1e-3).unwrap_err();
     assert!(matches!(&failure, AccuracyError::NotReached(_)), "{failure}");
     let failure = found(&beam, "top.y", "1 %", 1.0).unwrap_err();
-    assert!(matches!(&failure, AccuracyError::Missing(_)), "{failure}");
+    assert!(matches!(&failure, AccuracyError::Scene(StudiedSceneError::Missing(_))), "{failure}");
     let contact = format!("{beam}\n[contact]");
-    assert!(matches!(found(&contact, "tip.y", "1 %", 1.0), Err(AccuracyError::Meshes(_))));
+    assert!(matches!(
+        found(&contact, "tip.y", "1 %", 1.0),
+        Err(AccuracyError::Scene(StudiedSceneError::Meshes(_)))
+    ));
 }
 
 #[test]

@@ -7,6 +7,7 @@ pub(crate) mod problems;
 mod runs;
 
 pub use cells::{CellMeshes, CellScale, ElementFamily, RunKey};
+pub(crate) use runs::run_until;
 pub use runs::{FRAMES, NoValues, QuantityRun, QuantityRuns};
 
 use std::str::FromStr;
@@ -23,8 +24,8 @@ const SINGULAR: f64 = 1.25;
 /// Turns of a series from which on it oscillates: a period has two.
 const OSCILLATES: usize = 2;
 
-/// A number of a run: `tip.y`, `tip.y max`, `left.force.x mean`, `corner.von-mises`, `energy.elastic`,
-/// `frequency.1`.
+/// A number of a run: `tip.y`, `tip.y max`, `tip.y reaches -0.5`, `left.force.x mean`, `corner.von-mises`,
+/// `energy.elastic`, `frequency.1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityOfInterest {
     of: QuantitySource,
@@ -55,21 +56,23 @@ enum EnergyPart {
 }
 
 /// Statistic that makes one number of the values over time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum TimeStatistic {
     End,
     Max,
     Min,
     Mean,
     Rms,
+    /// Time of arrival at a value, in the unit of the source.
+    Reaches(f64),
 }
 
 /// Error of a text that is no quantity of interest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is no quantity: it is PROBE.x, PROBE.von-mises, PROBE.stress.xx, PIN.force.x, frequency.1 or \
-     energy.elastic, energy.kinetic, energy.total, and then nothing or one of end, max, min, mean, rms, for example \
-     \"tip.y max\""
+     energy.elastic, energy.kinetic, energy.total, and then nothing or one of end, max, min, mean, rms, or \
+     reaches and a number, for example \"tip.y max\", \"tip.y reaches -0.5\" (the time when it does)"
 )]
 pub struct NoQuantity(String);
 
@@ -86,6 +89,10 @@ impl FromStr for QuantityOfInterest {
             Some("min") => TimeStatistic::Min,
             Some("mean") => TimeStatistic::Mean,
             Some("rms") => TimeStatistic::Rms,
+            Some("reaches") => {
+                let level = words.next().and_then(|number| number.parse().ok());
+                TimeStatistic::Reaches(level.filter(|level: &f64| level.is_finite()).ok_or_else(error)?)
+            }
             Some(_) => return Err(error()),
         };
         let (of, last) = name.rsplit_once('.').ok_or_else(error)?;
@@ -135,7 +142,11 @@ impl std::fmt::Display for QuantityOfInterest {
         }?;
         match self.statistic {
             TimeStatistic::End => Ok(()),
-            other => write!(formatter, " {}", ["end", "max", "min", "mean", "rms"][other as usize]),
+            TimeStatistic::Max => formatter.write_str(" max"),
+            TimeStatistic::Min => formatter.write_str(" min"),
+            TimeStatistic::Mean => formatter.write_str(" mean"),
+            TimeStatistic::Rms => formatter.write_str(" rms"),
+            TimeStatistic::Reaches(level) => write!(formatter, " reaches {level}"),
         }
     }
 }
@@ -171,6 +182,7 @@ impl QuantityOfInterest {
     /// Unit of the quantity.
     pub fn unit(&self) -> &'static str {
         match self.of {
+            _ if self.is_arrival() => "s",
             QuantitySource::Displacement { .. } => "m",
             QuantitySource::Stress { .. } => "Pa",
             QuantitySource::Force { .. } => "N",
@@ -194,6 +206,11 @@ impl QuantityOfInterest {
     /// True if the value is that of the last moment.
     pub fn is_at_the_end(&self) -> bool {
         self.statistic == TimeStatistic::End
+    }
+
+    /// True if the value is a time.
+    pub(super) fn is_arrival(&self) -> bool {
+        matches!(self.statistic, TimeStatistic::Reaches(_))
     }
 
     /// Number of the natural frequency that it is, from 1.
@@ -283,17 +300,46 @@ impl QuantityValue {
     }
 }
 
+/// Time at which a series first reaches a level [s]; `None` if it never does. Between two frames the series
+/// is the cubic through four frames, whose error is of order four in their distance.
+fn arrival(times: &[f64], series: &[f64], level: f64) -> Option<f64> {
+    let is_between = |pair: &[f64]| (pair[0] - level) * (pair[1] - level) <= 0.0;
+    let at = series.windows(2).position(is_between)?;
+    let first = at.saturating_sub(1).min(series.len().saturating_sub(4));
+    let nodes = first..(first + 4).min(series.len());
+    let value = |t: f64| -> f64 {
+        let weight = |i: usize| -> f64 {
+            let others = nodes.clone().filter(|j| *j != i);
+            others.map(|j| (t - times[j]) / (times[i] - times[j])).product()
+        };
+        nodes.clone().map(|i| series[i] * weight(i)).sum()
+    };
+    // Bisection between the two frames, to rounding.
+    let (mut before, mut after) = (times[at], times[at + 1]);
+    let is_before = |t: f64| (value(t) - level) * (series[at] - level) > 0.0;
+    while series[at] != level {
+        let middle = 0.5 * (before + after);
+        if middle <= before || middle >= after {
+            return Some(after);
+        }
+        *(if is_before(middle) { &mut before } else { &mut after }) = middle;
+    }
+    Some(before)
+}
+
 /// Values of quantities at the frames of a run.
 pub(super) struct QuantityObserver<'a> {
     quantities: &'a [QuantityOfInterest],
     probes: &'a [Probe],
+    /// Times of the frames [s].
+    times: Vec<f64>,
     /// Values by quantity and frame.
     series: Vec<Vec<f64>>,
 }
 
 impl<'a> QuantityObserver<'a> {
     pub(super) fn new(quantities: &'a [QuantityOfInterest], probes: &'a [Probe]) -> Self {
-        QuantityObserver { quantities, probes, series: vec![vec![]; quantities.len()] }
+        QuantityObserver { quantities, probes, times: vec![], series: vec![vec![]; quantities.len()] }
     }
 
     /// Number of times that the series of a quantity turns back.
@@ -317,6 +363,9 @@ impl<'a> QuantityObserver<'a> {
             TimeStatistic::Min => low,
             TimeStatistic::Mean => mean(|value| value),
             TimeStatistic::Rms => mean(|value| value * value).sqrt(),
+            TimeStatistic::Reaches(level) => {
+                return QuantityValue::steady(arrival(&self.times, series, level).unwrap_or(f64::NAN));
+            }
         };
         let half_range = if self.turns(quantity) < OSCILLATES { f64::INFINITY } else { 0.5 * (high - low) };
         QuantityValue { value, half_range, largest: low.abs().max(high.abs()) }
@@ -332,10 +381,41 @@ impl Observer for QuantityObserver<'_> {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.times.push(frame.time);
         for (i, quantity) in self.quantities.iter().enumerate() {
             // A pin that let go carries nothing.
             self.series[i].push(quantity.read(frame, self.probes).unwrap_or(0.0));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arrival_is_exact_for_a_cubic_and_of_order_four_otherwise() {
+        let times: Vec<f64> = (0..6).map(|i| 0.2 * f64::from(i)).collect();
+        let series = |of: fn(f64) -> f64| times.iter().map(|t| of(*t)).collect::<Vec<_>>();
+        // t^3 - 2 t at t = 0.5 and in the last interval.
+        let cubic = series(|t| t * t * t - 2.0 * t);
+        for t in [0.5_f64, 0.03, 0.7] {
+            let found = arrival(&times, &cubic, t * t * t - 2.0 * t).unwrap();
+            assert!((found - t).abs() < 1e-14, "{found} for {t}");
+        }
+        let wave = arrival(&times, &series(f64::sin), 0.5).unwrap();
+        assert!((wave - 0.5_f64.asin()).abs() < 1e-4 && wave != 0.5_f64.asin(), "{wave}");
+        assert_eq!(arrival(&times, &cubic, 0.0), Some(0.0));
+        assert_eq!(arrival(&times, &cubic, 1.0), None);
+    }
+
+    #[test]
+    fn a_time_of_arrival_is_read_and_printed() {
+        let quantity: QuantityOfInterest = "tip.y reaches -0.5".parse().unwrap();
+        assert_eq!((quantity.unit(), quantity.to_string()), ("s", "tip.y reaches -0.5".to_owned()));
+        for wrong in ["tip.y reaches", "tip.y reaches far", "tip.y reaches 1 2", "tip.y reaches inf"] {
+            assert!(wrong.parse::<QuantityOfInterest>().is_err(), "{wrong}");
+        }
     }
 }

@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use pliant::deadline::until;
-use pliant::observer::Work;
-use pliant::run::{Outcome, Plan, run};
+use pliant::observer::{Observer, Work};
+use pliant::run::{Outcome, Plan, Summary, run};
+use pliant::simulation::Simulation;
 use pliant_scene::assembly::{Assembly, Report, UnstableStep};
 use pliant_scene::{ProbeSpec, Problem, Scene};
 
@@ -18,7 +19,7 @@ pub const FRAMES: u64 = 25;
 
 /// Runs of one scene.
 pub struct QuantityRuns<'a> {
-    quantities: &'a [QuantityOfInterest],
+    quantities: Vec<QuantityOfInterest>,
     plan: Plan,
     interrupt: &'a AtomicBool,
     /// Time at which a run ends unfinished; `None` without one.
@@ -55,12 +56,27 @@ pub enum NoValues {
     Interrupted,
 }
 
+/// Runs a simulation until `is_over`, which also ends a step in progress.
+pub(crate) fn run_until(
+    simulation: &mut Simulation,
+    plan: &Plan,
+    observers: &mut [&mut dyn Observer],
+    is_over: impl Fn() -> bool + Sync,
+) -> Summary {
+    let summary = until(is_over, |stop| {
+        simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+        run(simulation, plan, observers, stop)
+    });
+    simulation.system_mut().set_stop(None);
+    summary
+}
+
 impl<'a> QuantityRuns<'a> {
     /// Runs of `scene`, assembled as `assembly`, over the times of `plan`.
     pub fn new(
         scene: &Scene,
         assembly: &Assembly,
-        quantities: &'a [QuantityOfInterest],
+        quantities: &[QuantityOfInterest],
         plan: Plan,
         interrupt: &'a AtomicBool,
     ) -> Self {
@@ -73,7 +89,7 @@ impl<'a> QuantityRuns<'a> {
             let is_read = |quantity: &QuantityOfInterest| quantity.stressed_probe() == Some(&spec.name);
             spec.nodal_stress |= quantities.iter().any(is_read);
         }
-        QuantityRuns { quantities, plan, interrupt, deadline: None, probes }
+        QuantityRuns { quantities: quantities.to_vec(), plan, interrupt, deadline: None, probes }
     }
 
     /// Lets runs end unfinished after `seconds` from now.
@@ -121,7 +137,7 @@ impl<'a> QuantityRuns<'a> {
         let started = Instant::now();
         let frequencies = self.frequencies(&mut assembly)?;
         let mut stepping = started.elapsed().as_secs_f64();
-        let mut observer = QuantityObserver::new(self.quantities, &assembly.probes);
+        let mut observer = QuantityObserver::new(&self.quantities, &assembly.probes);
         let needs_run = self.quantities.iter().any(|quantity| quantity.frequency().is_none());
         let mut work = Work::default();
         if needs_run {
@@ -129,14 +145,9 @@ impl<'a> QuantityRuns<'a> {
             let is_interrupted = || self.interrupt.load(Ordering::Relaxed);
             let is_over =
                 || is_interrupted() || self.deadline.is_some_and(|deadline| Instant::now() > deadline);
-            let simulation = &mut assembly.simulation;
-            let summary = until(is_over, |stop| {
-                simulation.system_mut().set_stop(Some(Arc::clone(stop)));
-                let started = Instant::now();
-                let summary = run(simulation, &self.plan, &mut [&mut observer], stop);
-                stepping += started.elapsed().as_secs_f64();
-                summary
-            });
+            let started = Instant::now();
+            let summary = run_until(&mut assembly.simulation, &self.plan, &mut [&mut observer], is_over);
+            stepping += started.elapsed().as_secs_f64();
             match summary.outcome {
                 Outcome::Done => work = summary.work,
                 Outcome::Interrupted if is_interrupted() => return Err(NoValues::Interrupted),
@@ -148,8 +159,15 @@ impl<'a> QuantityRuns<'a> {
             Some(number) => QuantityValue::steady(frequencies[number - 1]),
             None => observer.value(i),
         };
+        let values: Vec<QuantityValue> = self.quantities.iter().enumerate().map(value).collect();
+        let never = |(value, quantity): &(&QuantityValue, &QuantityOfInterest)| {
+            quantity.is_arrival() && value.value.is_nan()
+        };
+        if let Some((_, quantity)) = values.iter().zip(&self.quantities).find(never) {
+            return Err(NoValues::Refused(format!("there is no time at which `{quantity}`")));
+        }
         Ok(QuantityRun {
-            values: self.quantities.iter().enumerate().map(value).collect(),
+            values,
             unknowns: assembly.report.free_coordinates,
             statistics: RunStatistics::new(work, setup, stepping),
         })

@@ -36,6 +36,7 @@
 mod chart;
 mod plan;
 mod results;
+mod studied;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,8 @@ pub use results::{
     Cheapest, ElementLadder, QuantityReference, QuantityRefinement, RefinedRow, RefinementResults, RowError,
     percent,
 };
+pub(crate) use studied::StudiedScene;
+pub use studied::StudiedSceneError;
 pub use sweep::RefinementStudy;
 
 use crate::quantity::NoValues;
@@ -55,24 +58,12 @@ use pliant_scene::{Problem, SceneError};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RefinementError {
-    /// The scene cannot be simulated.
+    /// The scene cannot be studied.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] StudiedSceneError),
     /// A value of the plan is wrong.
     #[error("{}", SceneError::new(.0.clone()))]
     Plan(Vec<Problem>),
-    /// Other meshes are not the same problem.
-    #[error("meshes cannot be refined: {0}")]
-    Meshes(String),
-    /// The scene names nothing.
-    #[error("the scene has no [[probe]]: name one, or a quantity as --of left.force.x")]
-    NoQuantity,
-    /// A quantity is of no probe and no pin of the scene.
-    #[error("the scene has no `{0}`: there is no probe, or not exactly one pin, of this name")]
-    Missing(String),
-    /// A duration of zero.
-    #[error("`duration` is 0: there is nothing to study")]
-    NoDuration,
     /// No elements could be run on any mesh.
     #[error("no run reached its end: {0}; give more time by --budget, or a coarser mesh")]
     NoRun(NoValues),

@@ -1,19 +1,13 @@
 //! The runs of a study: floors of all meshes first, then schemes and steps where they may pay.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
 
-use pliant::run::Plan;
-use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Scene, Source};
 
 use super::results::{QuantityRefinement, RefinedRow, RefinementResults};
-use super::{RefinementError, RefinementPlan};
-use crate::quantity::{
-    CellMeshes, CellScale, ElementFamily, FRAMES, NoValues, QuantityOfInterest, QuantityRun, QuantityRuns,
-    RunKey,
-};
-use crate::study::{Contender, TimeGrid};
+use super::{RefinementError, RefinementPlan, StudiedScene};
+use crate::quantity::{CellScale, ElementFamily, NoValues, QuantityRun};
+use crate::study::Contender;
 
 /// Largest explicit step relative to the largest stable one at rest: bodies that are compressed have smaller
 /// ones.
@@ -26,8 +20,6 @@ const ROW_HALVINGS: [u64; 3] = [1, 2, 4];
 const STEPS_FOR_ORDER: usize = 3;
 /// Part of the budget for floors.
 const FOR_FLOORS: f64 = 0.6;
-/// Estimate of the time of an explicit step for each coordinate [s], before there is a run.
-const SECONDS_PER_COORDINATE: f64 = 3e-8;
 /// Largest number of halvings of an implicit step.
 const HALVINGS: u32 = 14;
 /// Change of a quantity by half the step, relative to that by the mesh, at which the error is the mesh's.
@@ -61,45 +53,14 @@ impl RefinementStudy<'_> {
     }
 
     fn run_here(&self, watch: &mut dyn FnMut(&str)) -> Result<RefinementResults, RefinementError> {
-        let scene = self.source.scene()?;
-        let assembly =
-            scene.assemble(UnstableStep::Accept).map_err(|problems| self.source.error(problems))?;
-        let named = QuantityOfInterest::of_probes(&assembly.probes, scene.dimension);
-        let quantities = if self.plan.quantities.is_empty() { &named } else { &self.plan.quantities };
-        if quantities.is_empty() {
-            return Err(RefinementError::NoQuantity);
-        }
-        if let Some(missing) = quantities.iter().find(|quantity| !quantity.is_of(&assembly)) {
-            return Err(RefinementError::Missing(missing.to_string()));
-        }
-        let duration = scene.time.duration;
-        if duration <= 0.0 {
-            return Err(RefinementError::NoDuration);
-        }
-        let cells = CellMeshes::of(&scene).map_err(RefinementError::Meshes)?;
-        let is_static = assembly.simulation.method().is_static();
-        let own = assembly.simulation.step_size();
-        let plan = match is_static {
-            true => Plan { duration, rate: 1.0 / duration },
-            false => Plan { duration, rate: FRAMES as f64 / duration },
-        };
-        let runs =
-            QuantityRuns::new(&scene, &assembly, quantities, plan, self.interrupt).within(self.plan.budget);
-        drop(assembly);
+        let plan = self.plan;
         let mut sweep = MeshSweep {
-            plan: self.plan,
-            scene,
-            cells,
-            runs,
-            grid: TimeGrid { duration, times: FRAMES as usize },
-            own_step: own,
-            is_static,
+            plan,
+            of: StudiedScene::new(self.source, &plan.quantities, plan.budget, self.interrupt)?,
             rows: vec![],
             left_out: vec![],
             failed: 0,
             last_failure: None,
-            interrupt: self.interrupt,
-            started: Instant::now(),
             watch,
         };
         sweep.floors()?;
@@ -108,7 +69,8 @@ impl RefinementStudy<'_> {
             return Err(RefinementError::NoRun(failure));
         }
         // References come from the floors alone.
-        let evaluated = quantities.iter().enumerate();
+        let is_static = sweep.of.is_static;
+        let evaluated = sweep.of.quantities.iter().enumerate();
         let mut evaluated: Vec<QuantityRefinement> = evaluated
             .map(|(i, quantity)| QuantityRefinement::new(i, quantity, &sweep.rows, is_static))
             .collect();
@@ -117,31 +79,24 @@ impl RefinementStudy<'_> {
         }
         evaluated.iter_mut().for_each(|of| of.compare(&sweep.rows));
         Ok(RefinementResults {
-            dimension: sweep.scene.dimension,
+            dimension: sweep.of.scene.dimension,
             is_static,
             quantities: evaluated,
             rows: sweep.rows,
             left_out: sweep.left_out,
             failed: sweep.failed,
-            seconds: sweep.started.elapsed().as_secs_f64(),
+            seconds: sweep.of.seconds(),
         })
     }
 }
 
 struct MeshSweep<'a> {
     plan: &'a RefinementPlan,
-    scene: Scene,
-    cells: CellMeshes,
-    runs: QuantityRuns<'a>,
-    grid: TimeGrid,
-    own_step: f64,
-    is_static: bool,
+    of: StudiedScene<'a>,
     rows: Vec<RefinedRow>,
     left_out: Vec<String>,
     failed: usize,
     last_failure: Option<NoValues>,
-    interrupt: &'a AtomicBool,
-    started: Instant,
     watch: &'a mut dyn FnMut(&str),
 }
 
@@ -163,24 +118,12 @@ impl FamilyMesh {
 }
 
 impl MeshSweep<'_> {
-    fn left(&self) -> f64 {
-        self.plan.budget - self.started.elapsed().as_secs_f64()
-    }
-
     fn check_interrupt(&self) -> Result<(), RefinementError> {
-        match self.interrupt.load(Ordering::Relaxed) {
-            true => Err(RefinementError::Interrupted),
-            false => Ok(()),
-        }
-    }
-
-    /// The scene on a mesh; `None` if the mesh has no such elements.
-    fn on(&self, mesh: FamilyMesh) -> Option<Scene> {
-        self.cells.scene(&self.scene, mesh.scale(), Some(mesh.family))
+        if self.of.is_interrupted() { Err(RefinementError::Interrupted) } else { Ok(()) }
     }
 
     fn words(&self, mesh: FamilyMesh) -> String {
-        format!("{} on {} cells", mesh.family.words(self.scene.dimension), self.cells.words(mesh.scale()))
+        self.of.words(mesh.family, mesh.scale())
     }
 
     /// Runs every mesh of every kind of elements with a step so small that the error is the mesh's.
@@ -193,14 +136,9 @@ impl MeshSweep<'_> {
             for family in families.clone() {
                 self.check_interrupt()?;
                 let mesh = FamilyMesh { family, level };
-                let ratio = match self.is_static {
-                    true => 1.5 * self.cells.directions() as f64,
-                    false => self.cells.directions() as f64 + 1.0,
-                };
-                let expected = self.coarser_floor(mesh).map_or(0.0, |row| row.seconds * ratio.exp2());
-                if level > 0
-                    && expected > FOR_FLOORS * self.plan.budget - self.started.elapsed().as_secs_f64()
-                {
+                let growth = self.of.growth(!self.of.is_static).exp2();
+                let expected = self.coarser_floor(mesh).map_or(0.0, |row| row.seconds * growth);
+                if level > 0 && expected > FOR_FLOORS * self.plan.budget - self.of.seconds() {
                     self.left_out.push(format!("{} would take {expected:.0} s", self.words(mesh)));
                     families.retain(|other| *other != family);
                     continue;
@@ -223,24 +161,20 @@ impl MeshSweep<'_> {
 
     /// Runs a mesh with a small step.
     fn floor(&mut self, mesh: FamilyMesh) -> Result<(), NoValues> {
-        let Some(scene) = self.on(mesh) else {
-            return Err(NoValues::Refused("the mesh has no such elements".into()));
-        };
-        if self.is_static {
+        let scene = self.of.on(mesh.family, mesh.scale())?;
+        if self.of.is_static {
             let own = Contender::from(scene.time.integrator);
             return self.measure(mesh, own, &scene, None, true).map(|_| ());
         }
         let verlet = Contender::from(pliant::integrator::IntegratorSpec::VelocityVerlet);
-        let report = self.runs.report(&self.paced(&scene, verlet, self.own_step))?;
-        if let Some(limit) = report.stability.as_ref().map(|stability| stability.step) {
+        if let Some(limit) = self.of.explicit_limit(&scene, verlet)? {
             for halving in FLOOR_HALVINGS {
-                let parts = halving * self.parts_below(EXPLICIT_PART * limit);
-                let steps = parts as f64 * self.grid.times as f64;
-                let expected = steps * report.free_coordinates as f64 * SECONDS_PER_COORDINATE;
+                let parts = halving * self.of.parts_below(EXPLICIT_PART * limit.step);
+                let expected = parts as f64 * self.of.grid.times as f64 * limit.seconds;
                 if expected > 0.5 * FOR_FLOORS * self.plan.budget {
                     break;
                 }
-                match self.measure(mesh, verlet, &scene, Some(self.grid.step(parts)), true) {
+                match self.measure(mesh, verlet, &scene, Some(self.of.grid.step(parts)), true) {
                     Err(NoValues::Failed) => {}
                     done => return done.map(|_| ()),
                 }
@@ -253,10 +187,10 @@ impl MeshSweep<'_> {
     fn implicit_floor(&mut self, mesh: FamilyMesh, scene: &Scene) -> Result<(), NoValues> {
         let scheme = Contender::from(pliant::integrator::IntegratorSpec::TrBdf2);
         let coarser = self.coarser_floor(mesh).map(|row| row.values.clone());
-        let mut parts = self.grid.parts(self.own_step);
+        let mut parts = self.of.grid.parts(self.of.own_step);
         let mut last: Option<Vec<f64>> = None;
         for _ in 0..HALVINGS {
-            let index = match self.measure(mesh, scheme, scene, Some(self.grid.step(parts)), false) {
+            let index = match self.measure(mesh, scheme, scene, Some(self.of.grid.step(parts)), false) {
                 Ok(index) => index,
                 Err(reason) if last.is_none() && reason == NoValues::Failed => {
                     parts *= 2;
@@ -271,7 +205,7 @@ impl MeshSweep<'_> {
                     (value - last).abs() <= SMALL * by_mesh
                 })
             });
-            let is_over = 2.0 * self.rows[index].seconds > 0.3 * self.left();
+            let is_over = 2.0 * self.rows[index].seconds > 0.3 * self.of.left();
             if is_small || is_over {
                 self.rows[index].is_floor = true;
                 return Ok(());
@@ -280,23 +214,6 @@ impl MeshSweep<'_> {
             parts *= 2;
         }
         Err(NoValues::Failed)
-    }
-
-    /// Smallest number of steps between two times of comparison with steps of at most `step` [s].
-    fn parts_below(&self, step: f64) -> u64 {
-        (self.grid.step(1) / step).ceil().max(1.0) as u64
-    }
-
-    /// The scene with another scheme and step.
-    fn paced(&self, scene: &Scene, contender: Contender, step: f64) -> Scene {
-        let mut scene = scene.clone();
-        let time = &mut scene.time;
-        (time.integrator, time.step) = (contender.spec, Some(step));
-        (time.adaptive, time.arc_length) = (None, None);
-        if contender.method.documentation.solves == 0 {
-            time.solver = None;
-        }
-        scene
     }
 
     /// Runs a scheme on a mesh, timed; the index of the row.
@@ -311,10 +228,10 @@ impl MeshSweep<'_> {
         let about = format!("{}, {}", self.words(mesh), contender.name());
         (self.watch)(&about);
         let scene = match step {
-            Some(step) => self.paced(scene, contender, step),
+            Some(step) => self.of.paced(scene.clone(), contender, step),
             None => scene.clone(),
         };
-        let QuantityRun { values, unknowns, statistics } = match self.runs.run(&scene) {
+        let QuantityRun { values, unknowns, statistics } = match self.of.runs.run(&scene) {
             Ok(run) => run,
             Err(reason) => {
                 self.failed += usize::from(reason == NoValues::Failed);
@@ -325,19 +242,16 @@ impl MeshSweep<'_> {
             (statistics.stepping_seconds, statistics.stepping_seconds, 1);
         let wanted = self.plan.repeats.unwrap_or(MOST_REPEATS);
         while repeats < wanted && (self.plan.repeats.is_some() || total < ENOUGH_SECONDS) {
-            let own = self.runs.run(&scene)?.statistics.stepping_seconds;
+            let own = self.of.runs.run(&scene)?.statistics.stepping_seconds;
             seconds = seconds.min(own);
             total += own;
             repeats += 1;
         }
-        let mut keys = self.cells.keys(&self.scene, mesh.scale(), mesh.family);
-        if let Some(step) = step {
-            keys.extend(RunKey::of_pace(&self.scene, contender.name(), step));
-        }
+        let keys = self.of.keys(mesh.family, mesh.scale(), step.map(|step| (contender, step)));
         self.rows.push(RefinedRow {
             family: mesh.family,
             level: mesh.level,
-            cells: self.cells.words(mesh.scale()),
+            cells: self.of.cells.words(mesh.scale()),
             unknowns,
             scheme: contender.name(),
             order: contender.method.documentation.order,
@@ -361,10 +275,10 @@ impl MeshSweep<'_> {
                 if self.floor_of(mesh).is_none() {
                     continue;
                 }
-                let Some(scene) = self.on(mesh) else { continue };
+                let Ok(scene) = self.of.on(mesh.family, mesh.scale()) else { continue };
                 for contender in self.plan.contenders.clone() {
                     self.check_interrupt()?;
-                    if self.left() <= 0.0 {
+                    if self.of.left() <= 0.0 {
                         return Ok(());
                     }
                     match contender.method.documentation.solves {
@@ -379,10 +293,9 @@ impl MeshSweep<'_> {
 
     /// Runs an explicit scheme near its limit.
     fn explicit_steps(&mut self, mesh: FamilyMesh, contender: Contender, scene: &Scene) {
-        let Ok(report) = self.runs.report(&self.paced(scene, contender, self.own_step)) else { return };
-        let Some(limit) = report.stability.as_ref().map(|stability| stability.step) else { return };
+        let Ok(Some(limit)) = self.of.explicit_limit(scene, contender) else { return };
         for halving in &ROW_HALVINGS[..if mesh.level == 0 { 3 } else { 2 }] {
-            let step = self.grid.step(halving * self.parts_below(EXPLICIT_PART * limit));
+            let step = self.of.grid.step(halving * self.of.parts_below(EXPLICIT_PART * limit.step));
             let is_known = self
                 .rows
                 .iter()
@@ -393,7 +306,7 @@ impl MeshSweep<'_> {
                 .filter(|row| mesh.holds(row) && row.explicit)
                 .map(|row| row.seconds * row.step.unwrap_or(step) / step)
                 .fold(0.0, f64::max);
-            if !is_known && expected < 0.5 * self.left() {
+            if !is_known && expected < 0.5 * self.of.left() {
                 // A failed run is counted.
                 let _ = self.measure(mesh, contender, scene, Some(step), false);
             }
@@ -413,16 +326,16 @@ impl MeshSweep<'_> {
         let mut done = 0;
         for _ in 0..HALVINGS {
             self.check_interrupt()?;
-            if expected > 0.3 * self.left() {
+            if expected > 0.3 * self.of.left() {
                 self.left_out.push(format!(
                     "{} by {}: steps below {} s would take {expected:.0} s each",
                     self.words(mesh),
                     contender.name(),
-                    pliant::quantity::Rounded::<3>(self.grid.step(parts / 2))
+                    pliant::quantity::Rounded::<3>(self.of.grid.step(parts / 2))
                 ));
                 return Ok(());
             }
-            let step = self.grid.step(parts);
+            let step = self.of.grid.step(parts);
             parts *= 2;
             let is_same = |row: &RefinedRow| {
                 mesh.holds(row) && row.scheme == contender.name() && row.step == Some(step)

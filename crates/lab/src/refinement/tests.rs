@@ -13,7 +13,7 @@ fn refined(
     change: impl FnOnce(&mut RefinementPlan),
 ) -> Result<RefinementResults, RefinementError> {
     let source = Source::new("scene", text);
-    let mut plan = RefinementPlan::of(&source.scene()?)?;
+    let mut plan = RefinementPlan::of(&source.scene().map_err(StudiedSceneError::Scene)?)?;
     // Time is no part of what is tested: nothing is left out because the machine is slow.
     (plan.budget, plan.repeats) = (1e4, Some(1));
     change(&mut plan);
@@ -180,7 +180,7 @@ fn what_is_no_continuum_problem_is_refused() {
     let elements = refined(&text, |_| {}).unwrap_err().to_string();
     assert!(elements.contains("`cubic`") && elements.contains("quadratic-quadrilateral"), "{elements}");
     let missing = refined(FALLING_BEAM, |plan| plan.quantities = of(&["top.x"])).unwrap_err();
-    assert!(matches!(missing, RefinementError::Missing(_)), "{missing}");
+    assert!(matches!(missing, RefinementError::Scene(StudiedSceneError::Missing(_))), "{missing}");
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Runs that record the state at the times of comparison.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::clock::Clock;
 use super::plan::{Contender, TimeGrid, TimeStepping};
-use pliant::deadline::until;
+use crate::quantity::run_until;
 use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::run::{Outcome, Plan, Summary, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
@@ -121,12 +120,7 @@ impl Runner<'_> {
         let plan = Plan { duration: self.grid.duration, rate: self.grid.rate() };
         // The work between two times of comparison may exceed the deadline.
         let over = || self.interrupt.load(Ordering::Relaxed) || self.clock.now() > deadline;
-        let simulation = &mut assembly.simulation;
-        let summary = until(over, |stop| {
-            simulation.system_mut().set_stop(Some(Arc::clone(stop)));
-            run(simulation, &plan, &mut [&mut watcher], stop)
-        });
-        assembly.simulation.system_mut().set_stop(None);
+        let summary = run_until(&mut assembly.simulation, &plan, &mut [&mut watcher], over);
         watcher.catch_up(&summary.work);
         let stepping = self.clock.now() - before;
         let Watcher { trajectory, series, out_of_time, .. } = watcher;

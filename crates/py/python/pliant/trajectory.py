@@ -538,7 +538,7 @@ class Trajectory:
         Parameters
         ----------
         to : str or os.PathLike
-            The picture: ``.png``, ``.apng``, ``.gif``, ``.webp`` or ``.svg``.
+            The picture: ``.png``, ``.gif`` or ``.svg``.
         at : float, optional
             The frame nearest to this time [s] alone; by default the last one for ``.png`` and ``.svg``, an
             animation else.

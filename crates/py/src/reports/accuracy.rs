@@ -3,7 +3,7 @@
 use pliant_lab::accuracy::{AccuracyError, AccuracySearch, WishedError};
 use pliant_lab::budget::{BudgetError, BudgetEvent, error_budget};
 use pliant_lab::quantity::{NoQuantity, QuantityOfInterest};
-use pliant_lab::refinement::{RefinementError, RefinementPlan, RefinementStudy};
+use pliant_lab::refinement::{RefinementError, RefinementPlan, RefinementStudy, StudiedSceneError};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -50,7 +50,7 @@ pub(crate) fn _refine<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.changed(changes)?;
     let failed = |error| match error {
-        RefinementError::Scene(error) => errors::scene(py, &error),
+        RefinementError::Scene(StudiedSceneError::Scene(error)) => errors::scene(py, &error),
         RefinementError::Plan(problems) => errors::scene(py, &scene.source.error(problems)),
         RefinementError::NoRun(_) | RefinementError::Interrupted | RefinementError::Threads { .. } => {
             PyRuntimeError::new_err(error.to_string())
@@ -89,7 +89,7 @@ pub(crate) fn _solve<'py>(
         search.run(&mut |run| watch.show(&json!(run)))
     })?;
     let found = found.map_err(|error| match error {
-        AccuracyError::Scene(error) => errors::scene(py, &error),
+        AccuracyError::Scene(StudiedSceneError::Scene(error)) => errors::scene(py, &error),
         AccuracyError::NotReached(_) | AccuracyError::Interrupted => {
             PyRuntimeError::new_err(error.to_string())
         }

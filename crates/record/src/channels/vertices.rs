@@ -1,9 +1,10 @@
-//! `/vertices/<measure>`: recovered stress at every vertex, as `foxglove.PointCloud`.
+//! `/vertices/<measure>`: recovered stress, or traction of contact, at every vertex, as
+//! `foxglove.PointCloud`.
 //!
 //! One row for each vertex of the recording, in the order of `/state`: its present position, then the
-//! numbers of the measure, all doubles. Numbers are NaN at vertices of no element. The channel's metadata
-//! state the kind of row (`row = "vertex"`), the bodies with elements (`bodies`, in JSON: name, first row,
-//! number of rows), and the `unit`.
+//! numbers of the measure, all doubles. Numbers are NaN at vertices of no element, or of no surface. The
+//! channel's metadata state the kind of row (`row = "vertex"`), the bodies (`bodies`, in JSON: name, first
+//! row, number of rows; of a stress those with elements), and the `unit`.
 
 use std::collections::BTreeMap;
 
@@ -16,20 +17,25 @@ use crate::cloud::{self, Cloud};
 use crate::declaration::typed;
 use crate::memory::RecordingBytes;
 use crate::protobuf::POINT_CLOUD;
-use pliant::diagnostics::{Measure, NODAL_MEASURES, SymmetricTensor};
+use pliant::diagnostics::{CONTACT_MEASURES, Measure, NODAL_MEASURES};
 use pliant::observer::{Frame, Quantities};
-use pliant::topology::Topology;
+use pliant::topology::{BodyTopology, Topology};
 
-/// Channel number of the first [measure](NODAL_MEASURES); each measure has its own, recorded or not.
+/// Channel number of the first [measure of stress](NODAL_MEASURES); each measure has its own, recorded or not.
 const FIRST: u16 = 50;
-const LAST: u16 = FIRST + NODAL_MEASURES.len() as u16 - 1;
+/// Channel number of the first [measure of contact](CONTACT_MEASURES).
+const FIRST_OF_CONTACT: u16 = FIRST + NODAL_MEASURES.len() as u16;
+const LAST: u16 = FIRST_OF_CONTACT + CONTACT_MEASURES.len() as u16 - 1;
 
 pub(super) const KIND: ChannelKind = ChannelKind { numbers: FIRST..=LAST, is_complete: true, encoders };
 
-/// Encoder of `/vertices/<measure>`.
-struct VerticesChannel {
+/// Encoder of `/vertices/<measure>`, of measures computed from a `T`.
+struct VerticesChannel<T: 'static> {
     number: u16,
-    measure: &'static Measure<SymmetricTensor>,
+    measure: &'static Measure<T>,
+    /// Values of the vertices in a frame.
+    values: for<'a> fn(&Frame<'a>) -> Option<&'a [T]>,
+    needs: Quantities,
     cloud: Cloud,
     bodies: Vec<BodyRows>,
     vertex_count: usize,
@@ -39,26 +45,40 @@ struct VerticesChannel {
 
 fn encoders(options: &Options, topology: &Topology) -> Encoders {
     let is_asked = |name: &str| options.channels.iter().any(|channel| channel.name() == name);
-    let asked = (FIRST..).zip(&NODAL_MEASURES).filter(|(_, measure)| is_asked(measure.name));
-    let with_elements = topology.bodies.iter().filter(|body| body.elements(topology.dimension).is_some());
-    let bodies = with_elements.map(|body| {
-        let (first, count) = (body.vertices.start as usize, body.vertices.len());
-        BodyRows { name: body.name.clone(), first, count }
-    });
-    let encoder = |(number, measure)| VerticesChannel {
-        number,
-        measure,
-        cloud: Cloud::new(&columns(measure)),
-        bodies: bodies.clone().collect(),
-        vertex_count: topology.vertex_count,
-        row: vec![],
-    };
-    asked.map(|asked| Box::new(encoder(asked)) as _).collect()
+    let mut encoders: Encoders = vec![];
+    for of in (FIRST..).zip(&NODAL_MEASURES).filter(|(_, measure)| is_asked(measure.name)) {
+        let needs = Quantities::NODAL_STRESS;
+        encoders.push(Box::new(VerticesChannel::new(of, |frame| frame.nodal_stress, needs, topology)));
+    }
+    for of in (FIRST_OF_CONTACT..).zip(&CONTACT_MEASURES).filter(|(_, measure)| is_asked(measure.name)) {
+        let needs = Quantities::CONTACT_TRACTIONS;
+        encoders.push(Box::new(VerticesChannel::new(of, |frame| frame.contact_tractions, needs, topology)));
+    }
+    encoders
 }
 
-impl ChannelEncoder for VerticesChannel {
+impl<T> VerticesChannel<T> {
+    fn new(
+        (number, measure): (u16, &'static Measure<T>),
+        values: for<'a> fn(&Frame<'a>) -> Option<&'a [T]>,
+        needs: Quantities,
+        topology: &Topology,
+    ) -> Self {
+        let is_of_elements = needs == Quantities::NODAL_STRESS;
+        let has_rows = |body: &&BodyTopology| !is_of_elements || body.elements(topology.dimension).is_some();
+        let rows = |body: &BodyTopology| {
+            let (first, count) = (body.vertices.start as usize, body.vertices.len());
+            BodyRows { name: body.name.clone(), first, count }
+        };
+        let bodies = topology.bodies.iter().filter(has_rows).map(rows).collect();
+        let (cloud, vertex_count) = (Cloud::new(&columns(measure)), topology.vertex_count);
+        VerticesChannel { number, measure, values, needs, cloud, bodies, vertex_count, row: vec![] }
+    }
+}
+
+impl<T> ChannelEncoder for VerticesChannel<T> {
     fn quantities(&self) -> Quantities {
-        Quantities::STATE | Quantities::NODAL_STRESS
+        Quantities::STATE | self.needs
     }
 
     fn declaration(&self) -> Channel<'static> {
@@ -78,13 +98,13 @@ impl ChannelEncoder for VerticesChannel {
     }
 
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
-        let stress = frame.nodal_stress.unwrap_or_default();
-        self.cloud.begin(log_time, stress.len(), buffer);
-        for (place, stress) in frame.x.chunks_exact(frame.dimension).zip(stress) {
+        let values = (self.values)(frame).unwrap_or_default();
+        self.cloud.begin(log_time, values.len(), buffer);
+        for (place, value) in frame.x.chunks_exact(frame.dimension).zip(values) {
             self.row.clear();
             self.row.extend(place);
             self.row.resize(PLACE.len(), 0.0);
-            self.measure.write(stress, &mut self.row);
+            self.measure.write(value, &mut self.row);
             buffer.extend(self.row.iter().flat_map(|number| number.to_le_bytes()));
         }
     }

@@ -99,6 +99,7 @@ fn record_moment(recorder: &mut McapRecorder, index: u32) {
         reactions: Some(&[reaction]),
         contacts: None,
         nodal_stress: None,
+        contact_tractions: None,
         stress_error: None,
         work: Work::default(),
     };

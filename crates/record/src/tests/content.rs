@@ -117,6 +117,7 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         reactions: None,
         contacts: None,
         nodal_stress: None,
+        contact_tractions: None,
         stress_error: None,
         work: Work::default(),
     };

@@ -184,6 +184,7 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
         reactions: None,
         contacts: None,
         nodal_stress: None,
+        contact_tractions: None,
         stress_error: None,
         work: pliant::observer::Work::default(),
     };

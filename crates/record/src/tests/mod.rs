@@ -93,6 +93,7 @@ impl Moment {
             reactions: None,
             contacts: None,
             nodal_stress: None,
+            contact_tractions: None,
             stress_error: None,
             work: Work {
                 steps: 10 * self.index,

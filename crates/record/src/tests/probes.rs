@@ -91,6 +91,7 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
         reactions: None,
         contacts: None,
         nodal_stress: None,
+        contact_tractions: None,
         stress_error: None,
         work: pliant::observer::Work::default(),
     };
@@ -263,6 +264,7 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
                 reactions: None,
                 contacts: None,
                 nodal_stress: None,
+                contact_tractions: None,
                 stress_error: None,
                 work: pliant::observer::Work::default(),
             });

@@ -294,8 +294,8 @@ fn step_sizes(of: AssembledScene<'_>) -> FeatureSentences {
 fn channels(of: AssembledScene<'_>) -> FeatureSentences {
     let mut said = FeatureSentences::default();
     for channel in Channel::ALL {
-        // Without contact this channel has nothing to list.
-        let is_about_nothing = *channel == Channel::Contacts && of.scene.contact.is_none();
+        // Without contact these channels have nothing to list.
+        let is_about_nothing = channel.is_of_contact() && of.scene.contact.is_none();
         if let Some([with, without]) = channel.sentences().filter(|_| !is_about_nothing) {
             let is_named = of.scene.output.channels.contains(channel);
             let list = if is_named { &mut said.uses } else { &mut said.left_out };
@@ -323,10 +323,12 @@ fn recovery(of: AssembledScene<'_>) -> FeatureSentences {
     either(yes, "recovery: no stress at vertices is computed")
 }
 
-/// Names of the recorded fields, in the order of their list; `None` without any.
+/// Names of the recorded fields without a sentence of their own, in the order of their list; `None` without
+/// any.
 fn fields(of: AssembledScene<'_>, rows: FieldRows) -> Option<String> {
     let is_asked = |field: &RecordedField| {
-        field.rows == rows && of.scene.output.channels.iter().any(|channel| channel.name() == field.name)
+        let is_of = |channel: &Channel| channel.name() == field.name && channel.sentences().is_none();
+        field.rows == rows && of.scene.output.channels.iter().any(is_of)
     };
     let names: Vec<&str> = RecordedField::all().filter(is_asked).map(|field| field.name).collect();
     (!names.is_empty()).then(|| names.join(", "))

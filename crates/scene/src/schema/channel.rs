@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use pliant::diagnostics::{Measure, RecordedField};
 
 /// Defines [`Channel`] from one entry per channel: documentation, name and, unless it is about a measure of
-/// elements or vertices, what the report of a scene says with it and without it.
+/// elements or a recovered stress, what the report of a scene says with it and without it.
 macro_rules! channels {
     ($($(#[$documentation:meta])* $variant:ident: $name:literal $(, $with:literal, $without:literal)?;)+) => {
         /// One kind of output.
@@ -26,7 +26,8 @@ macro_rules! channels {
                 }
             }
 
-            /// Sentences about a run with and without the channel; `None` for a measure.
+            /// Sentences about a run with and without the channel; `None` for a measure of elements, or of
+            /// the recovered stress.
             pub(crate) fn sentences(self) -> Option<[&'static str; 2]> {
                 match self {
                     $(Channel::$variant => None$(.or(Some([$with, $without])))?,)+
@@ -97,6 +98,16 @@ channels! {
     /// `/elements/zz`: the distance from the recovered stress (Zienkiewicz, Zhu 1992). The square root of
     /// the sum of squares is the error of the whole. Not for membranes.
     Zz: "zz";
+    /// Normal force of contact per present area of the surface [Pa] at every vertex, on
+    /// `/vertices/contact-pressure`. Forces on both sides of a sheet add up. NaN at vertices of no surface.
+    ContactPressure: "contact-pressure",
+        "output /vertices/contact-pressure: normal forces of contact per area",
+        "output /vertices/contact-pressure: not computed";
+    /// Friction of contact per present area of the surface [Pa] at every vertex, on
+    /// `/vertices/contact-shear`: x, y, z. NaN at vertices of no surface.
+    ContactShear: "contact-shear",
+        "output /vertices/contact-shear: friction of contact per area",
+        "output /vertices/contact-shear: not computed";
 }
 
 impl Channel {
@@ -112,6 +123,11 @@ impl Channel {
 
     /// True if the channel is about the recovered stress.
     pub fn is_recovered(self) -> bool {
-        self.field().is_some() && self.measure().is_none()
+        self.field().is_some() && self.measure().is_none() && !self.is_of_contact()
+    }
+
+    /// True if the channel is about surfaces in contact.
+    pub fn is_of_contact(self) -> bool {
+        matches!(self, Channel::Contacts | Channel::ContactPressure | Channel::ContactShear)
     }
 }

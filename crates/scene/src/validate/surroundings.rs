@@ -132,12 +132,16 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
                 "leave it out, or give a body a `pin`, the scene an `[[obstacle]]` or the world a wall",
             ));
         }
-        if *channel == Channel::Contacts && scene.acting_contact().is_none() {
-            let message = "channel `contacts` is about surfaces that touch, and the scene has no `[contact]`";
+        if channel.is_of_contact() && scene.acting_contact().is_none() {
+            let message = format!(
+                "channel `{}` is about surfaces that touch, and the scene has no `[contact]`",
+                channel.name()
+            );
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or add `contact = {}` to the scene"));
         }
-        if channel.field().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+        let is_of_elements = channel.field().is_some() && !channel.is_of_contact();
+        if is_of_elements && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =
                 format!("channel `{}` is about finite elements, and no body is `elastic`", channel.name());
             let problem = Problem::semantic(path.key("channels").index(index), message);

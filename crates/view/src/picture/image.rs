@@ -43,14 +43,6 @@ impl Image {
             self.rgba[at..at + line.len()].copy_from_slice(line);
         }
     }
-
-    /// Cuts out a rectangle.
-    pub(crate) fn cut(&self, part: &Rectangle) -> Image {
-        let rows = self.rgba.chunks_exact(4 * self.width).skip(part.top).take(part.height);
-        let columns = 4 * part.left..4 * (part.left + part.width);
-        let rgba = rows.flat_map(|row| row[columns.clone()].iter().copied()).collect();
-        Image { width: part.width, height: part.height, rgba }
-    }
 }
 
 /// Composites `color` over `below`.
@@ -84,25 +76,6 @@ pub(crate) struct Rectangle {
 }
 
 impl Rectangle {
-    /// Smallest rectangle with all pixels in which two images of one size differ; `None` if they are
-    /// equal. Its corner has even coordinates, which some formats require.
-    pub(crate) fn of_change(before: &Image, after: &Image) -> Option<Rectangle> {
-        let (mut columns, mut rows) = ([usize::MAX, 0], [usize::MAX, 0]);
-        let pairs = before.rgba.chunks_exact(4).zip(after.rgba.chunks_exact(4));
-        for (at, _) in pairs.enumerate().filter(|(_, (a, b))| a != b) {
-            let (column, row) = (at % after.width, at / after.width);
-            columns = [columns[0].min(column), columns[1].max(column)];
-            rows = [rows[0].min(row), rows[1].max(row)];
-        }
-        let (left, top) = (columns[0] & !1, rows[0] & !1);
-        (columns[0] != usize::MAX).then(|| Rectangle {
-            left,
-            top,
-            width: columns[1] + 1 - left,
-            height: rows[1] + 1 - top,
-        })
-    }
-
     /// Rectangle of the whole image.
     pub(crate) fn whole(image: &Image) -> Rectangle {
         Rectangle { left: 0, top: 0, width: image.width, height: image.height }

@@ -31,9 +31,7 @@ pub use space::Vec3;
 pub use stage::Style;
 pub(crate) use text::{Anchor as TextAnchor, stroke, width as text_width, write as write_text};
 pub use theme::Theme;
-pub use write::{
-    Animation, PictureError, write_apng, write_gif, write_png, write_svg, write_webp, write_webp_animation,
-};
+pub use write::{Animation, PictureError, write_gif, write_png, write_svg};
 
 #[cfg(test)]
 mod raster_tests;

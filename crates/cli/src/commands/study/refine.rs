@@ -3,7 +3,7 @@
 use pliant::quantity::Seconds;
 use pliant_lab::refinement::{
     QuantityRefinement, RefinedRow, RefinementError, RefinementPlan, RefinementResults, RefinementStudy,
-    chart, percent,
+    StudiedSceneError, chart, percent,
 };
 use pliant_lab::study::page::{Look, Page, TableCell};
 use pliant_scene::Source;
@@ -63,7 +63,7 @@ pub(super) fn execute(
 fn failure(error: RefinementError, source: &Source) -> Failure {
     match error {
         RefinementError::Plan(problems) => source.error(problems).into(),
-        RefinementError::Scene(error) => error.into(),
+        RefinementError::Scene(StudiedSceneError::Scene(error)) => error.into(),
         RefinementError::NoRun(_) | RefinementError::Interrupted | RefinementError::Threads { .. } => {
             Failure::failed("study", error.to_string())
         }

@@ -3,11 +3,10 @@
 use super::evaluation::weights;
 use super::{Newton, STATIC_SHIFT};
 use crate::material::Psd;
-use crate::solver::cholesky::Cholesky;
 use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, NoPreconditioner};
+use crate::solver::gauss_seidel::GaussSeidel;
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
-use crate::solver::multigrid::Multigrid;
 use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
@@ -101,13 +100,13 @@ impl<const D: usize> Newton<D> {
         let first = first.filter(|_| self.pause_of_first.is_over());
         let by_iterations = linear.is_iterative() && self.pause_of_iterations.is_over();
         let by_factor = first.is_none() && !by_iterations;
-        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && by_factor) {
-            cholesky.solve(&mut self.direction);
+        if let Some(factor) = self.linear.factor().filter(|_| old_matrix && by_factor) {
+            factor.solve(&mut self.direction);
             return Direction::Descent;
         }
         // Assemble the matrix, unless the last one is reused.
-        let assembler = self.assembler.as_mut().expect("prepared");
         if !old_matrix {
+            let assembler = self.linear.assembler_mut().expect("prepared");
             system.find_stencils(x);
             let predicted_from = self.stepped_from.then_some(&self.trial.x[..]);
             assembler.assemble(system, At { x, v: &self.velocity, psd, predicted_from }, weights);
@@ -118,11 +117,10 @@ impl<const D: usize> Newton<D> {
             self.work.hessians += 1;
         }
         if let Some(way) = way {
+            let assembler = self.linear.assembler().expect("prepared");
             assembler.held_product(system, x, way, &mut self.solution);
             self.subtract_from_direction(system, weights);
         }
-        let assembler = self.assembler.as_mut().expect("prepared");
-        let matrices @ AssembledMatrix { whole: matrix, fixed, pattern, .. } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         let made_for = (weights, psd, &x[..]);
         // Try the iterative solvers in turn.
@@ -130,7 +128,8 @@ impl<const D: usize> Newton<D> {
             let iterative = match solver {
                 IterativeSolver::First => {
                     let Some(each) = first else { continue };
-                    self.first.get_or_insert_with(|| Iterative::gauss_seidel(Some(each)))
+                    let new = || Iterative::gauss_seidel(GaussSeidel::default(), Some(each));
+                    self.first.get_or_insert_with(new)
                 }
                 IterativeSolver::Chosen if !by_iterations => continue,
                 IterativeSolver::Chosen => {
@@ -140,10 +139,9 @@ impl<const D: usize> Newton<D> {
                                 // Lattices are built over the reference positions, as the start may be
                                 // deformed.
                                 let rest = system.rest_positions().unwrap_or(x);
-                                let new = || Multigrid::until(fixed, rest, assembler.held(), &system.stop());
-                                self.levels.take().or_else(new).map(Iterative::multigrid)
+                                self.linear.take_levels(rest, &system.stop()).map(Iterative::multigrid)
                             }
-                            _ => Some(Iterative::gauss_seidel(None)),
+                            _ => Some(Iterative::gauss_seidel(GaussSeidel::default(), None)),
                         };
                     }
                     let Some(iterative) = &mut self.iterative else { return Direction::Failed };
@@ -151,9 +149,11 @@ impl<const D: usize> Newton<D> {
                 }
             };
             iterative.set_stop(system.stop());
-            let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, tolerance);
+            let matrices = AssembledMatrix::of(self.linear.assembler().expect("prepared"));
+            let until = (tolerance, u64::MAX);
+            let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, until);
             self.work.cg_iterations += report.iterations;
-            let cost = report.iterations as f64 * iterative.cost_of_iteration(matrix);
+            let cost = report.iterations as f64 * iterative.cost_of_iteration(matrices.whole);
             if let (IterativeSolver::Chosen, Some(first)) = (solver, &mut self.first) {
                 // If multigrid solves turn out long, longer tries without it pay off first.
                 if first.raise_allowance(cost) {
@@ -181,28 +181,20 @@ impl<const D: usize> Newton<D> {
             }
         }
         // Factorise; a changed pattern needs a new symbolic analysis.
-        if self.cholesky.is_none() || self.factor_pattern != pattern {
-            let places = system.ordering_positions(x);
-            // Reuses the memory of the last factor: two factors at a time would be the peak memory of a
-            // run with contact.
-            self.cholesky = match self.cholesky.take() {
-                Some(last) => {
-                    self.work.analyses += 1;
-                    last.analyse_again(matrix, places)
-                }
-                None => Cholesky::new(matrix, places),
-            };
-            self.factor_pattern = pattern;
-        }
-        let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
+        let Some(is_again) = self.linear.analyse(system.ordering_positions(x)) else {
+            return Direction::Failed;
+        };
+        self.work.analyses += u64::from(is_again);
         self.work.factorizations += 1;
-        if cholesky.factorize(matrix).is_err() {
+        if self.linear.factorise().is_err() {
             return Direction::Indefinite;
         }
         // A projected matrix is too stiff somewhere: a small correction by it need not be near a minimum.
         self.at_hand = (psd == Psd::Exact).then_some(weights);
         self.solved_by = None;
-        cholesky.solve(&mut self.direction);
+        if let Some(factor) = self.linear.factor() {
+            factor.solve(&mut self.direction);
+        }
         Direction::Descent
     }
 

@@ -43,13 +43,13 @@ mod watchdog;
 
 use self::linear::{IterativeSolver, Pause};
 use self::solve::Begin;
-use super::cholesky::{self, Cholesky};
+use super::cholesky;
 use super::conjugate_gradients::{CgEnd, ConjugateGradients};
-use super::hessian::{Assembler, Weights};
+use super::hessian::Weights;
 use super::iterative::{AssembledMatrix, Iterative};
-use super::multigrid::Multigrid;
+use super::linearisation::Linearisation;
 use super::options::{LinearSolver, SolverOptions};
-use super::structure::{LentStructure, MatrixStructure};
+use super::structure::LentStructure;
 use super::{Iterate, Objective, SolverWork, scene_size};
 use crate::material::Psd;
 use crate::solver::StepFault;
@@ -96,19 +96,13 @@ const PER_COORDINATE: usize = 200;
 /// Minimises objectives of one system; keeps structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
-    assembler: Option<Assembler<D>>,
-    cholesky: Option<Cholesky>,
-    /// Pattern version of `cholesky`.
-    factor_pattern: u64,
-    /// Weights of the matrix last factorised by `cholesky` or available to conjugate gradients; `None` if
-    /// it is projected.
+    linear: Linearisation<D>,
+    /// Weights of the matrix last factorised or available to conjugate gradients; `None` if it is projected.
     at_hand: Option<Weights>,
     /// Conjugate gradients that are tried first.
     first: Option<Iterative<D>>,
     pause_of_first: Pause,
     iterative: Option<Iterative<D>>,
-    /// Borrowed multigrid levels, until first used.
-    levels: Option<Multigrid<D>>,
     pause_of_iterations: Pause,
     /// Iterative solver of the last linear system; `None` after a factorisation.
     solved_by: Option<IterativeSolver>,
@@ -138,14 +132,11 @@ impl<const D: usize> Newton<D> {
     pub(crate) fn new(options: SolverOptions) -> Self {
         Newton {
             options,
-            assembler: None,
-            cholesky: None,
-            factor_pattern: 0,
+            linear: Linearisation::default(),
             at_hand: None,
             first: None,
             pause_of_first: Pause::default(),
             iterative: None,
-            levels: None,
             pause_of_iterations: Pause::default(),
             solved_by: None,
             cg: ConjugateGradients::default(),
@@ -240,10 +231,9 @@ impl<const D: usize> Newton<D> {
             v.resize(x.len(), 0.0);
         }
         let matrix_free = self.options.linear == LinearSolver::MatrixFree;
-        if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
-            self.assembler = Some(Assembler::new(system));
-            (self.cholesky, self.at_hand) = (None, None);
-            (self.first, self.iterative, self.levels) = (None, None, None);
+        if !matrix_free && self.linear.fit(system) {
+            self.linear.forget_factor();
+            (self.at_hand, self.first, self.iterative) = (None, None, None);
         }
         self.pause_of_first.count();
         self.pause_of_iterations.count();
@@ -285,34 +275,30 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 IterativeSolver::First => &mut self.first,
                 IterativeSolver::Chosen => &mut self.iterative,
             };
-            let (Some(iterative), Some(assembler)) = (iterative, &self.assembler) else {
+            let (Some(iterative), Some(assembler)) = (iterative, self.linear.assembler()) else {
                 return false;
             };
             // If the pattern is that of the last solve, positions are not used.
             let made_for = (weights, Psd::Exact, &self.trial.x[..]);
             let matrices = AssembledMatrix::of(assembler);
-            let report = iterative.solve(matrices, made_for, right, &mut self.solution, ESTIMATE.into());
+            let until = (ESTIMATE.into(), u64::MAX);
+            let report = iterative.solve(matrices, made_for, right, &mut self.solution, until);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
                 right.copy_from_slice(&self.solution);
             }
             return report.end == CgEnd::Converged;
         }
-        let Some(cholesky) = &mut self.cholesky else { return false };
-        cholesky.solve(right);
+        let Some(factor) = self.linear.factor() else { return false };
+        factor.solve(right);
         true
     }
 
     fn exchange_structure(&mut self, system: &System, lent: Option<LentStructure>) -> Option<LentStructure> {
         let used = self.iterative.take().and_then(Iterative::into_levels);
-        // Levels over other positions than the reference ones belong to one run alone.
-        let levels = used.or(self.levels.take()).filter(|_| system.rest_positions().is_some());
-        let own = self.assembler.take().map(|assembler| MatrixStructure { assembler, levels });
-        (self.cholesky, self.at_hand, self.first) = (None, None, None);
-        if let Some(MatrixStructure { assembler, levels }) = lent.and_then(|lent| lent.taken(system)) {
-            (self.assembler, self.levels) = (Some(assembler), levels);
-        }
-        own.and_then(MatrixStructure::lent)
+        self.linear.forget_factor();
+        (self.at_hand, self.first) = (None, None);
+        self.linear.exchange(system, used, lent)
     }
 
     fn work(&self) -> SolverWork {
@@ -325,11 +311,11 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         let linear = solver.options.linear.choose(system);
         // Contact lists persist between steps; those at the start are representative.
         system.find_stencils(x);
-        if let Some(assembler) = &mut solver.assembler {
+        if let Some(assembler) = solver.linear.assembler_mut() {
             assembler.expect_stencils(system, x);
         }
         let vectors = 8 * VECTORS * x.len();
-        let Some(assembler) = &solver.assembler else { return vectors };
+        let Some(assembler) = solver.linear.assembler() else { return vectors };
         let matrix = assembler.matrix();
         let part = |part: f64| (part * matrix.bytes() as f64) as usize;
         let linear = match linear {

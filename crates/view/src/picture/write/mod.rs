@@ -13,16 +13,14 @@ mod gif;
 mod palette;
 mod png;
 mod svg;
-mod webp;
 
 use std::io::{self, Write};
 
-use super::image::{Image, Rectangle};
+use super::image::Image;
 
 pub use self::gif::write as write_gif;
-pub use self::png::{write_animation as write_apng, write_still as write_png};
+pub use self::png::write as write_png;
 pub use self::svg::write as write_svg;
-pub use self::webp::{write_animation as write_webp_animation, write_still as write_webp};
 
 /// Sequence of pictures.
 #[derive(Clone, Debug)]
@@ -64,39 +62,4 @@ impl PictureError {
     fn format(format: &'static str, image: &Image, message: impl ToString) -> PictureError {
         PictureError::Format { format, size: [image.width, image.height], message: message.to_string() }
     }
-}
-
-/// Changed part of each frame relative to the frame before. Unchanged frames prolong the one before.
-struct Changes<'a> {
-    frames: Vec<(&'a Image, Rectangle, u16)>,
-}
-
-impl<'a> Changes<'a> {
-    fn of(animation: &'a Animation) -> Changes<'a> {
-        let mut frames: Vec<(&Image, Rectangle, u16)> = Vec::new();
-        for (image, delay) in animation.frames.iter().zip(&animation.delays) {
-            let changed = match frames.last() {
-                None => Some(Rectangle::whole(image)),
-                Some((before, ..)) => Rectangle::of_change(before, image),
-            };
-            match (changed, frames.last_mut()) {
-                (None, Some((.., shown))) => *shown = shown.saturating_add(*delay),
-                (changed, _) => {
-                    let part = changed.unwrap_or_else(|| Rectangle::whole(image));
-                    frames.push((image, part, *delay));
-                }
-            }
-        }
-        Changes { frames }
-    }
-
-    fn first(&self, format: &'static str) -> Result<&'a Image, PictureError> {
-        let first = self.frames.first().map(|(image, ..)| *image);
-        first.ok_or_else(|| PictureError::Format { format, size: [0; 2], message: "no frames".to_owned() })
-    }
-}
-
-/// Writes all bytes of a file that a library built in memory.
-fn pass_on(bytes: &[u8], out: &mut dyn Write) -> Result<(), PictureError> {
-    Ok(out.write_all(bytes)?)
 }
