@@ -16,9 +16,8 @@ fence say what a block is:
 - ``rust FILE``: consecutive lines of a file that CI compiles, an example in its documentation included;
   ``rust``: not checked, as ``text``.
 
-Pages and pictures that a page links to have to exist, and headings that it points at. A translation has the
-blocks of the page of ``docs/guide`` that has its name. ``--show`` prints what blocks print, and writes it into
-blocks of output that are empty.
+A translation has the blocks of the page of ``docs/guide`` that has its name. ``--show`` prints what blocks
+print, and writes it into blocks of output that are empty. Links are checked by ``check_links.py``.
 """
 
 from __future__ import annotations
@@ -45,7 +44,6 @@ WORK = ROOT / "target" / "ci" / "guide"
 TRANSLATIONS = ROOT / "docs" / "zh"
 SHOW = "--show" in sys.argv
 FENCE = re.compile(r"^( *)```([^\n]*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
-LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
 class Wrong(Exception):
@@ -84,8 +82,8 @@ class Page:
             except Exception as error:  # noqa: BLE001
                 detail = str(error) if isinstance(error, Wrong) else traceback.format_exc(limit=-2)
                 place = f"{self.path.relative_to(ROOT)}:{line}"
-                return [f"{place}: {kind} block: {detail}", *self.links(), *self.translation()]
-        return self.links() + self.translation()
+                return [f"{place}: {kind} block: {detail}", *self.translation()]
+        return self.translation()
 
     def block(self, kind: str, words: list[str], body: str) -> None:
         if "unchecked" in words:
@@ -148,20 +146,6 @@ class Page:
                 raise Wrong(f"no such line in the output: {row}\n{self.output}")
             start = found + 1
 
-    def links(self) -> list[str]:
-        """Links to files or headings that are not there."""
-        faults = []
-        for target in LINK.findall(FENCE.sub("", self.text)):
-            file, _, heading = target.partition("#")
-            if re.match(r"[a-z]+:", target):
-                continue
-            path = self.path.parent / file if file else self.path
-            if not path.exists():
-                faults.append(f"{self.path.relative_to(ROOT)}: no file {target}")
-            elif heading and heading not in headings(path):
-                faults.append(f"{self.path.relative_to(ROOT)}: no heading {target}")
-        return faults
-
     def translation(self) -> list[str]:
         """The first block of a translation that the page in English does not have there."""
         if not self.path.is_relative_to(TRANSLATIONS) or self.path.name == "README.md":
@@ -192,12 +176,6 @@ def merged(old: Any, new: Any) -> Any:
 def uncommented(text: str) -> str:
     """Rust without the marks of its documentation."""
     return re.sub("^ *//[/!] ?", "", text, flags=re.MULTILINE)
-
-
-def headings(path: Path) -> set[str]:
-    """Anchors of the headings of a page, as GitHub and mdBook make them."""
-    rows = re.findall(r"^#+ (.*)$", FENCE.sub("", path.read_text()), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", row.lower()).replace(" ", "-") for row in rows}
 
 
 def pages() -> list[Path]:
