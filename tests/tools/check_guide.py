@@ -1,8 +1,9 @@
 """Run every command and snippet of the guide: ``check_guide.py PLIANT [--show] [PAGE...]``.
 
-Runs under a Python that has the package. The pages are ``README.md`` and those of ``docs/guide``. Each has a
-folder of its own under ``target/ci/guide``, with links to ``scenes``, ``crates``, ``docs`` and ``tests``, and
-its blocks run there from top to bottom. The words after the opening fence say what a block is:
+Runs under a Python that has the package. The pages are ``README.md`` and those of ``docs/guide`` and of the
+translations, ``docs/zh``. Each has a folder of its own under ``target/ci/guide``, with links to ``scenes``,
+``crates``, ``docs`` and ``tests``, and its blocks run there from top to bottom. The words after the opening
+fence say what a block is:
 
 - ``sh``: run by bash, ``pliant`` being the program PLIANT; ``sh exits=1``: it has to end with this code;
   ``sh unchecked``: not run (installations, Ctrl-C, what opens a browser or costs minutes).
@@ -15,8 +16,8 @@ its blocks run there from top to bottom. The words after the opening fence say w
 - ``rust FILE``: consecutive lines of a file that CI compiles, an example in its documentation included;
   ``rust``: not checked, as ``text``.
 
-Pages and pictures that a page links to have to exist, and headings that it points at. ``--show`` prints what
-blocks print, and writes it into blocks of output that are empty.
+A translation has the blocks of the page of ``docs/guide`` that has its name. ``--show`` prints what blocks
+print, and writes it into blocks of output that are empty. Links are checked by ``check_links.py``.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ import time
 import tomllib
 import traceback
 import warnings
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +41,9 @@ import pliant
 
 ROOT = Path(__file__).resolve().parents[2]
 WORK = ROOT / "target" / "ci" / "guide"
+TRANSLATIONS = ROOT / "docs" / "zh"
 SHOW = "--show" in sys.argv
 FENCE = re.compile(r"^( *)```([^\n]*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
-LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
 class Wrong(Exception):
@@ -79,8 +81,9 @@ class Page:
                     print(f"--- line {line}\n{self.output}")
             except Exception as error:  # noqa: BLE001
                 detail = str(error) if isinstance(error, Wrong) else traceback.format_exc(limit=-2)
-                return [f"{self.path.relative_to(ROOT)}:{line}: {kind} block: {detail}", *self.links()]
-        return self.links()
+                place = f"{self.path.relative_to(ROOT)}:{line}"
+                return [f"{place}: {kind} block: {detail}", *self.translation()]
+        return self.translation()
 
     def block(self, kind: str, words: list[str], body: str) -> None:
         if "unchecked" in words:
@@ -143,19 +146,22 @@ class Page:
                 raise Wrong(f"no such line in the output: {row}\n{self.output}")
             start = found + 1
 
-    def links(self) -> list[str]:
-        """Links to files or headings that are not there."""
-        faults = []
-        for target in LINK.findall(FENCE.sub("", self.text)):
-            file, _, heading = target.partition("#")
-            if re.match(r"[a-z]+:", target):
-                continue
-            path = self.path.parent / file if file else self.path
-            if not path.exists():
-                faults.append(f"{self.path.relative_to(ROOT)}: no file {target}")
-            elif heading and heading not in headings(path):
-                faults.append(f"{self.path.relative_to(ROOT)}: no heading {target}")
-        return faults
+    def translation(self) -> list[str]:
+        """The first block of a translation that the page in English does not have there."""
+        if not self.path.is_relative_to(TRANSLATIONS) or self.path.name == "README.md":
+            return []
+        name = self.path.relative_to(ROOT)
+        originals = list((ROOT / "docs" / "guide").rglob(self.path.name))
+        if len(originals) != 1:
+            return [f"{name}: {len(originals)} pages of docs/guide have this name"]
+        original = originals[0].relative_to(ROOT)
+        blocks = zip_longest(FENCE.finditer(self.text), FENCE.finditer(originals[0].read_text()))
+        for translated, block in blocks:
+            if translated is None:
+                return [f"{name}: lacks a block of {original}:\n{block[0]}"]
+            if block is None or translated.groups() != block.groups():
+                return [f"{name}: not the block of {original}:\n{translated[0]}"]
+        return []
 
 
 def merged(old: Any, new: Any) -> Any:
@@ -172,15 +178,10 @@ def uncommented(text: str) -> str:
     return re.sub("^ *//[/!] ?", "", text, flags=re.MULTILINE)
 
 
-def headings(path: Path) -> set[str]:
-    """Anchors of the headings of a page, as GitHub and mdBook make them."""
-    rows = re.findall(r"^#+ (.*)$", FENCE.sub("", path.read_text()), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", row.lower()).replace(" ", "-") for row in rows}
-
-
 def pages() -> list[Path]:
     """Every page, each of which the table of contents has to list."""
-    guide = sorted((ROOT / "docs" / "guide").rglob("*.md"))
+    folders = (ROOT / "docs" / "guide", TRANSLATIONS)
+    guide = [page for folder in folders for page in sorted(folder.rglob("*.md"))]
     contents = (ROOT / "docs" / "SUMMARY.md").read_text()
     for page in guide:
         if str(page.relative_to(ROOT / "docs")) not in contents:

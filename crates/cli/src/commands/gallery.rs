@@ -1,4 +1,6 @@
-//! `pliant gallery`: a page with every scene of a folder, its first comment and a short animation.
+//! `pliant gallery`: a page with every scene of a folder, a short animation, its command and first comment.
+
+mod page;
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,6 +10,7 @@ use pliant_view::drawing::{Colouring, Drawing};
 use pliant_view::picture::{Animation, Film, Fit, RenderOptions, Style, Theme, ViewDirection, write_gif};
 use serde_json::json;
 
+use self::page::{GROUPS, GalleryCard, GalleryGroup, groups, page};
 use super::render::{cannot_draw, open, refuse_existing, write};
 use crate::arguments::{Command, CommandLine, GalleryArguments};
 use crate::failure::{ExitStatus, Failure};
@@ -21,19 +24,21 @@ const PAUSE: u16 = 700;
 pub(crate) fn execute(arguments: &GalleryArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     refuse_existing(&arguments.output, arguments.force)?;
     let scenes = scenes(&arguments.scenes)?;
+    let groups = groups_beside(&scenes)?;
     let folder = pictures(&arguments.output);
     crate::output::folder(&folder)?;
-    let mut entries = Vec::new();
+    let mut cards = Vec::new();
     let mut total = 0;
     for scene in &scenes {
         let entry = GalleryEntry::of(scene, arguments, terminal)?;
         let content = entry.picture;
         total += content.len();
         terminal.note(&format!("{}: {}", scene.display(), bytes(content.len() as u64)));
-        write(&folder.join(format!("{}.gif", entry.name)), &content)?;
-        entries.push((entry.name, entry.title, entry.comment));
+        write(&folder.join(format!("{}.gif", entry.card.name)), &content)?;
+        cards.push(entry.card);
     }
-    write(&arguments.output, page(&entries, &folder).as_bytes())?;
+    let pictures = folder.file_name().unwrap_or_default().to_string_lossy();
+    write(&arguments.output, page(&cards, &groups, &pictures).as_bytes())?;
     let count = counted(scenes.len() as u64, "scene", "scenes");
     let place = arguments.output.display();
     terminal.report(&format!("drew {count} into {place}, {} of pictures", bytes(total as u64)))?;
@@ -63,6 +68,18 @@ fn scenes(places: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(scenes)
 }
 
+/// Groups that the folders of the scenes put them into.
+fn groups_beside(scenes: &[PathBuf]) -> Result<Vec<GalleryGroup>, Failure> {
+    let mut files: Vec<PathBuf> = scenes.iter().map(|scene| scene.with_file_name(GROUPS)).collect();
+    files.dedup();
+    let mut found = Vec::new();
+    for file in files.iter().filter(|file| file.exists()) {
+        let text = fs::read_to_string(file).map_err(|error| cannot_read(file, &error))?;
+        found.append(&mut groups(&text));
+    }
+    Ok(found)
+}
+
 fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
 }
@@ -72,11 +89,9 @@ fn pictures(page: &Path) -> PathBuf {
     page.with_extension("")
 }
 
-/// A scene of the page.
+/// A scene of the page and its animation.
 struct GalleryEntry {
-    name: String,
-    title: String,
-    comment: String,
+    card: GalleryCard,
     picture: Vec<u8>,
 }
 
@@ -87,7 +102,10 @@ impl GalleryEntry {
         let recording = recording(scene, &name, arguments, terminal)?;
         let mut drawing = open(&recording.path)?;
         let picture = animation(&mut drawing, arguments)?;
-        Ok(GalleryEntry { title: drawing.title().to_owned(), name, comment: first_comment(&text), picture })
+        let scene = scene.display().to_string();
+        let card =
+            GalleryCard { title: drawing.title().to_owned(), name, scene, comment: first_comment(&text) };
+        Ok(GalleryEntry { card, picture })
     }
 }
 
@@ -166,29 +184,6 @@ fn first_comment(text: &str) -> String {
     words.join("\n").trim().to_owned()
 }
 
-fn page(entries: &[(String, String, String)], folder: &Path) -> String {
-    let mut page =
-        "# Gallery\n\nEvery scene of `scenes/`; `pliant SCENE` runs one. `pliant gallery --force` makes \
-         this page\n\
-         and its pictures again.\n"
-            .to_owned();
-    let folder = folder.file_name().unwrap_or_default().to_string_lossy();
-    for (name, title, comment) in entries {
-        let (title, comment) = (escaped(title), escaped(comment));
-        page += &format!("\n## {title}\n`{name}.toml`\n\n![{title}]({folder}/{name}.gif)\n\n{comment}\n");
-    }
-    page
-}
-
-/// Text in Markdown: what a scene says is no markup.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('[', "\\[")
-        .replace('*', "\\*")
-        .replace('_', "\\_")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,12 +193,5 @@ mod tests {
         let scene = "# A beam.\n# It falls.\n\ntitle = \"x\" # no\n# neither\n";
         assert_eq!(first_comment(scene), "A beam.\nIt falls.");
         assert_eq!(first_comment("title = 1\n"), "");
-    }
-
-    #[test]
-    fn markup_in_titles_is_text() {
-        let entries = [("a".to_owned(), "<b>_x_[y](z)".to_owned(), String::new())];
-        let page = page(&entries, Path::new("docs/gallery"));
-        assert!(page.contains("## &lt;b>\\_x\\_\\[y](z)\n") && page.contains("(gallery/a.gif)"), "{page}");
     }
 }
