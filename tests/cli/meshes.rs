@@ -58,11 +58,11 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
     // A side of two sets of vertices is legal: it is counted.
     let counted = [
         "`part`: 3 tetrahedra in 3 unconnected pieces",
-        "7 vertices at the place of another, unjoined",
+        "7 vertices at the position of another, not joined",
         "dropped 1 tetrahedron without a volume",
         "dropped 1 vertex that no element and no edge uses",
         "oriented 3 of 3 tetrahedra",
-        "numbers of vertices from 0 on are not those of the file",
+        "vertices from 0 on are renumbered",
     ];
     holds(&check(&keys).succeeded().stdout, &counted);
     keys += ", merge = '1 um'";

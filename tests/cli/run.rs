@@ -83,9 +83,9 @@ fn steps_in_parts_are_counted_in_the_report_the_document_and_the_file() {
     let row: serde_json::Value = serde_json::from_slice(&last.data).unwrap();
     assert_eq!(row["work"]["retried"], expected);
     let ended = bench.pliant(["check", "scene.toml"]).succeeded();
-    ended.prints(&["taken in parts, down to 0.125 s"]);
+    ended.prints(&["a failed step is halved repeatedly, down to 125 ms"]);
     let ended = bench.pliant(["check", "scene.toml", "--set", "time.solver.retries=0"]).succeeded();
-    ended.prints(&["steps in parts: one that is not solved ends the run"]);
+    ended.prints(&["step subdivision: `retries` in [time] solver is 0"]);
     let ended = bench.pliant(["scene.toml", "--force", "--set", "time.solver.retries=0"]);
     assert!(ended.stderr.contains("`retries` in [time] solver"), "{}", ended.stderr);
 }
@@ -96,7 +96,7 @@ fn increments_are_counted_in_the_report_the_document_and_the_file() {
         PRESSED.replace("step = 1.0", "adaptive = { first = 1.0 }").replace(", solver = { retries = 3 }", "");
     let bench = Bench::new(&own);
     let ended = bench.pliant(["check", "scene.toml"]).succeeded();
-    ended.prints(&["increments as large as they can be solved, the first 1 s, down to 2e-6 s"]);
+    ended.prints(&["automatic increments, the first 1 s, down to 2 us"]);
     let ended = bench.pliant(["scene.toml"]).succeeded();
     ended.prints(&["increments solved, 1 try cut back; the least 0.25 s, the largest"]);
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
@@ -153,7 +153,7 @@ fn quiet_is_silent() {
 
 #[test]
 fn verbose_shows_the_problem_first() {
-    Bench::new(SPRING).pliant(["scene.toml", "-v"]).succeeded().says(&["left out", "2 vertices"]);
+    Bench::new(SPRING).pliant(["scene.toml", "-v"]).succeeded().says(&["inactive", "2 vertices"]);
 }
 
 #[test]
