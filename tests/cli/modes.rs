@@ -159,7 +159,7 @@ fn what_cannot_be_struck_or_has_no_modes_is_said() {
     strike("21", "0,0,1").ended_with(2).says(&["3 components", "needs 2"]);
     strike("0.1,3", "0,1").ended_with(2).says(&["m from the nearest vertex"]);
     strike("0.1,0,0", "0,1").ended_with(2).says(&["3 coordinates", "2D"]);
-    strike("tip", "0,1").ended_with(2).says(&["`tip` is no place"]);
+    strike("tip", "0,1").ended_with(2).says(&["`tip` is neither a vertex"]);
     bench.pliant(["modes", "scene.toml", "--sound", "bar.wav"]).ended_with(2).says(&["--strike"]);
     assert_eq!(bench.files(), Vec::<String>::new());
     // Undamped, and with modes above 24 kHz.
