@@ -104,7 +104,7 @@ fn a_tolerance_below_rounding_is_told() {
             SOFT,
         )
     };
-    tells("is below the rounding of positions", [&[of("1e-30")], &[of("1e-12")]]);
+    tells("is below the round-off of positions", [&[of("1e-30")], &[of("1e-12")]]);
 }
 
 #[test]
@@ -118,9 +118,9 @@ fn a_body_in_pieces_is_told() {
     };
     let (apart, at_one_place) = (of("[2, 0], [3, 0], [2, 1]"), of("[1, 0], [1, 1], [0, 1]"));
     assert!(apart.contains("`plate` is of 2 pieces that nothing connects"), "{apart}");
-    assert!(at_one_place.contains("2 vertices lie at the place of another"), "{at_one_place}");
+    assert!(at_one_place.contains("2 vertices lie at the position of another"), "{at_one_place}");
     let whole = bar("integrator = 'implicit-euler', step = 0.01", SOFT);
-    assert!(!whole.contains("pieces") && !whole.contains("at the place of another"), "{whole}");
+    assert!(!whole.contains("pieces") && !whole.contains("at the position of another"), "{whole}");
 }
 
 #[test]

@@ -158,11 +158,11 @@ fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
     assert_eq!(size.len(), 2);
     let checked = bench.pliant(["check", "scene.toml"]).succeeded();
     checked.prints(&[
-        "surfaces push each other from a gap of 0.001 m on, given",
+        "activation distance 0.001 m, given",
         "block-block, block-floor: 1e6 Pa, given, mu 0.3",
-        "what sticks creeps at less than 1.414e-4 m/s, 7.071e-7 m in a step",
+        "sticking contacts creep at up to 1.414e-4 m/s, 7.071e-7 m per step",
         "contact of the lightest vertex, of `block`, lasts 1.01e-4 s, 0.02 steps",
-        "0 pairs are candidates at the start; the least gap is 0.05 m, between vertex 0 of `block` and",
+        "0 pairs are candidates at the start; the smallest gap is 0.05 m, between vertex 0 of `block` and",
     ]);
     let by_modulus = DROP.replace("stiffness = \"1 MPa\"\n", "").replace("distance = \"1 mm\"\n", "");
     Bench::new(&by_modulus).pliant(["check", "scene.toml"]).succeeded().prints(&[
@@ -256,7 +256,7 @@ fn bodies_that_meet_under_way_without_contact_are_told() {
     // 0.1 m apart at 2 m/s: together after 0.05 s.
     let flies = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, -2.0));
     let told = warned(&flies, &[]);
-    assert!(told.contains("the boxes around `still` and `flies` meet from t = 0.05 s on"), "{told}");
+    assert!(told.contains("the bounding boxes of `still` and `flies` meet from t = 0.05 s on"), "{told}");
     // Noted at checkpoints.
     let bench = Bench::new(&flies);
     bench.pliant(["run", "scene.toml", "--until", "0.07", "--checkpoint", "1e-9"]).succeeded();

@@ -5,8 +5,11 @@ use super::{Bench, SPRING};
 #[test]
 fn a_step_above_the_limit_is_refused_with_one_that_would_do() {
     let bench = Bench::new(&SPRING.replace("step = 0.002", "step = 0.15"));
-    let ended =
-        bench.pliant(["scene.toml"]).ended_with(2).says(&["scene.toml:5:8", "0.1414214 s", "allow_unstable"]);
+    let ended = bench.pliant(["scene.toml"]).ended_with(2).says(&[
+        "scene.toml:5:8",
+        "allows at most 141 ms",
+        "allow_unstable",
+    ]);
     assert!(bench.files().is_empty());
     // The number in the advice is taken at its word.
     let step = ended.stderr.split("use `step = ").nth(1).unwrap().split('`').next().unwrap();

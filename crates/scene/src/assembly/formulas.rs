@@ -148,8 +148,8 @@ fn swings(
     let frequency = PI * turns as f64 / duration;
     (turns >= SWINGS && frequency > SLOW * slowest).then(|| {
         format!(
-            "`{path}` swings at about {} rad/s, and `{body}` by itself at about {} rad/s: quasi-static runs \
-             leave out inertia, which matters there; a dynamic scheme has it",
+            "`{path}` oscillates at about {} rad/s, and the lowest natural frequency of `{body}` is about \
+             {} rad/s: quasi-static runs neglect inertia, which matters here; use a dynamic integrator",
             Rounded::<2>(frequency),
             Rounded::<2>(slowest)
         )

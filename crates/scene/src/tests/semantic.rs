@@ -556,7 +556,7 @@ fn a_coordinate_that_moves_is_held_by_one_pin_only() {
     assert_eq!(problems(&format!("[{{ vertices = [0] }}, {{ vertices = [1], {moving} }}]")), none);
     assert_eq!(
         problems(&format!("[{{ vertices = [0, 1], {moving} }}, {{ vertices = [1, 2], axes = ['y'] }}]")),
-        ["body.0.pin.1: `pin0` and `pin1` both hold the y of vertex 1, and one of them moves it"]
+        ["body.0.pin.1: `pin0` and `pin1` both pin the y of vertex 1, and one of them moves it"]
     );
 }
 
@@ -846,7 +846,7 @@ fn attachments() {
         + ", points = [[0, 0], [1, 0], [2, 0]]";
     let uses = assembled(&total).unwrap();
     assert!(
-        uses.contains("3 vertices of `a` to given places, 3.333333")
+        uses.contains("3 vertices of `a` to given points, 3.333333")
             && uses.contains("damping of attachment"),
         "{uses}"
     );
@@ -875,7 +875,7 @@ fn attachments() {
             "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and \
              `nearest_point`",
         ),
-        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 place for 3 vertices"),
+        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 point for 3 vertices"),
         (
             format!("{side}, target = {{ body = 'b', vertices = [0, 1, 9] }}"),
             "attachment.0.target.vertices: `b` has no vertex 9: it has 9, from 0",

@@ -207,7 +207,7 @@ impl<'a> Closing<'a> {
         let Meeting { bodies, time } = self.statistics.meeting()?;
         let [a, b] = bodies.map(|body| &self.report.bodies[body].name);
         Some(format!(
-            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: \
+            "the bounding boxes of `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: \
              `contact = {{}}` in the scene does",
             number(*time),
         ))
