@@ -49,10 +49,10 @@ fn a_run_ends_with_the_least_gap_and_what_friction_took() {
     assert_eq!(seldom["summary"]["least_gap"], *least);
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
     ended.prints(&[
-        "contact   least gap ",
+        "contact   smallest gap ",
         " between block and floor at t = ",
         "J to friction",
-        "Newton iterations in a row short",
+        "Newton iterations in a row",
     ]);
     let info = bench.pliant(["info", "scene.mcap"]).succeeded();
     info.prints(&["/contacts ", "pliant.Contacts"]);
@@ -65,7 +65,7 @@ fn contact_that_is_far_too_soft_is_warned_of_with_what_would_do() {
     let ended = bench.pliant(["run", "scene.toml", "--json"]).succeeded();
     let document = ended.json();
     let warnings = document["warnings"].to_string();
-    assert!(warnings.contains("contact of `block` and `floor` was pressed to"), "{warnings}");
+    assert!(warnings.contains("contact of `block` and `floor` was compressed to"), "{warnings}");
     let advised: f64 = warnings
         .split("a [contact] `stiffness` of ")
         .nth(1)
@@ -117,7 +117,7 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     bench
         .pliant(["check", "scene.toml"])
         .succeeded()
-        .prints(&["forces without a pole", "stop approaches up to"]);
+        .prints(&["explicit contact is a penalty", "stops approaches of up to"]);
     let document = bench.pliant(["run", "scene.toml", "--json"]).succeeded().json();
     let summary = &document["summary"];
     assert_eq!(summary["deepest_contact"], serde_json::Value::Null, "{summary}");
@@ -133,9 +133,9 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     // The cubic law without an end: 5 mm at most, where it holds the weight and the fall.
     assert!((1e-5..2e-2).contains(&depth), "{deepest}");
     let warnings = document["warnings"].to_string();
-    assert!(warnings.contains("`block` and `floor` entered each other"), "{warnings}");
+    assert!(warnings.contains("`block` and `floor` interpenetrate by"), "{warnings}");
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
-    ended.prints(&["entered   block and floor, ", "approach  "]);
+    ended.prints(&["overlap   block and floor, ", "approach  "]);
 }
 
 /// The lightest vertex is the corner of one triangle, 0.4167 kg on 0.05 m^2: its contact lasts `pi sqrt(m
@@ -231,8 +231,8 @@ fn what_a_scheme_takes_beside_a_moving_obstacle_is_the_scheme_s() {
         document["warnings"].to_string()
     };
     let (long, short) = (told("1e-2"), told("2e-3"));
-    assert!(long.contains("the scheme `implicit-euler` damps motion by itself"), "{long}");
-    assert!(short.contains("does not see blows that are shorter than a step"), "{short}");
+    assert!(long.contains("numerical damping: implicit-euler removed up to"), "{long}");
+    assert!(short.contains("misses impacts shorter than a step"), "{short}");
 }
 
 /// Two blocks that fly through each other: boxes that meet at the start are told then, on the way at the end.
@@ -310,7 +310,7 @@ shape = { half_space = { normal = [0, 1], offset = 0 } }
     // Less than the 2.645 J that it has: it goes 0.02 * 2.3 / 2 m less far than Coulomb says.
     assert!((friction - 2.544).abs() < 2e-3, "{friction}");
     let warnings = ended["warnings"].to_string();
-    assert!(warnings.contains("the scheme `implicit-euler` damps motion by itself"), "{warnings}");
+    assert!(warnings.contains("numerical damping: implicit-euler removed up to"), "{warnings}");
 }
 
 /// Between two half-spaces that close, an element is left with little of its volume.

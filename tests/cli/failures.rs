@@ -144,7 +144,7 @@ fn energies_beyond_all_numbers_are_told_in_words() {
     let bench =
         Bench::new(&heavy.replace("[output]", "velocity = { rigid = { linear = [1e5, 0.0] } }\n[output]"));
     let ended = bench.pliant(["run", "scene.toml"]);
-    ended.says(&[]).prints(&["more than 1.797e308 J", "drift cannot be told"]);
+    ended.says(&[]).prints(&["more than 1.797e308 J", "its drift is unknown"]);
     let ended = bench.pliant(["run", "scene.toml", "--force"]);
     for told in [&ended.stdout, &ended.stderr] {
         assert!(!told.contains("inf J") && !told.contains("NaN"), "{told}");
