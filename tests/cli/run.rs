@@ -98,7 +98,7 @@ fn increments_are_counted_in_the_report_the_document_and_the_file() {
     let ended = bench.pliant(["check", "scene.toml"]).succeeded();
     ended.prints(&["automatic increments, the first 1 s, down to 2 us"]);
     let ended = bench.pliant(["scene.toml"]).succeeded();
-    ended.prints(&["increments solved, 1 try cut back; the least 0.25 s, the largest"]);
+    ended.prints(&["increments solved, 1 try cut back; the smallest 250 ms, the largest"]);
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
     let increments = &json["summary"]["increments"];
     assert_eq!((increments["cut_back"].as_u64(), increments["least"].as_f64()), (Some(1), Some(0.25)));

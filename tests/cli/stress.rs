@@ -196,7 +196,7 @@ fn limits_maps_and_charts_are_written() {
     {
         assert!(bench.path(&format!("out/{name}")).is_file(), "{name}");
     }
-    bench.pliant(arguments).succeeded().prints(&[". taken, x diverged", "measured and formula agree"]);
+    bench.pliant(arguments).succeeded().prints(&[". stable, x diverged", "measured and formula agree"]);
     // A page with tables, not what a terminal shows.
     let page = std::fs::read_to_string(bench.path("out/stability.html")).unwrap();
     assert!(
