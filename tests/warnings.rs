@@ -77,7 +77,7 @@ fn statics_of_what_swings_as_fast_as_its_load_are_told() {
     let of =
         |elastic: &str, force: &str| bar("integrator = 'quasi-static', step = 0.01", &loaded(elastic, force));
     tells(
-        "quasi-static runs leave out inertia",
+        "quasi-static runs neglect inertia",
         [&[of(SOFT, "1e-3*sin(60*t)")], &[of(STIFF, "1e-3*sin(60*t)"), of(SOFT, "1e-3*t")]],
     );
 }

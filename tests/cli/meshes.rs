@@ -52,7 +52,7 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
         ("orient = true", "tetrahedron 0 is inverted"),
         ("drop_unused = true", "1 vertex belongs to no element and no edge, the first is vertex 0"),
     ] {
-        holds(&check(&keys).ended_with(2).stderr, &[fault, &format!("`{key}` beside `path`")]);
+        holds(&check(&keys).ended_with(2).stderr, &[fault, &format!("`{key}` next to `path`")]);
         keys += &format!(", {key}");
     }
     // A side of two sets of vertices is legal: it is counted.

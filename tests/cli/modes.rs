@@ -154,7 +154,7 @@ fn what_cannot_be_struck_or_has_no_modes_is_said() {
         bench.pliant(arguments)
     };
     strike("900", "0,1").ended_with(2).says(&["no vertex 900", "0 to "]);
-    strike("0", "0,1").ended_with(2).says(&["vertex 0 is held"]);
+    strike("0", "0,1").ended_with(2).says(&["vertex 0 is pinned"]);
     strike("21", "0,0").ended_with(2).says(&["direction"]);
     strike("21", "0,0,1").ended_with(2).says(&["3 components", "needs 2"]);
     strike("0.1,3", "0,1").ended_with(2).says(&["m from the nearest vertex"]);

@@ -335,7 +335,7 @@ pin = [{ half_space = { normal = [1, 0], offset = 0 } }]
 #[test]
 fn a_tolerance_as_large_as_the_scene_is_refused_and_one_as_large_as_a_step_warned_of() {
     Bench::new(&HANGING_BEAM.replace("TOLERANCE", "'1 m'")).pliant(["scene.toml"]).ended_with(2).says(&[
-        "next correction is 1 m",
+        "would stop at updates of 1 m",
         "1.612 m large",
         "give 2e-6 or less",
     ]);

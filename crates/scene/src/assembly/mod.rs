@@ -232,12 +232,12 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
     let message = format!(
-        "Newton's method would end where its next correction is {tolerance} m, and the whole scene is \
-         {size} m large: it would hardly begin",
+        "`tolerance` is too large: Newton's method would stop at updates of {tolerance} m, in a scene of \
+         {size} m",
         tolerance = Rounded::<17>(tolerance),
         size = Rounded::<4>(size)
     );
-    let advice = format!("give {} or less, or leave it out", Rounded::<1>(GOOD_TOLERANCE * size));
+    let advice = format!("give {} or less, or remove it", Rounded::<1>(GOOD_TOLERANCE * size));
     Some(Problem::semantic(path, message).with_help(advice))
 }
 

@@ -133,7 +133,7 @@ fn what_the_scene_refuses_is_refused_with_its_message_and_changes_nothing() {
             "there is no vertex 10; the scene has 10",
         ),
         (ExperimentCommand::Grab { vertex: 9, target: vec![0.0; 3] }, "2 finite coordinates"),
-        (ExperimentCommand::Grab { vertex: 0, target: vec![0.0; 2] }, "vertex 0 is held by a pin"),
+        (ExperimentCommand::Grab { vertex: 0, target: vec![0.0; 2] }, "vertex 0 is pinned"),
         (ExperimentCommand::Integrator { name: "rk5".into() }, "there is no integrator `rk5`"),
         (ExperimentCommand::Integrator { name: "velocity-verlet".into() }, "is unstable for velocity-verlet"),
     ];

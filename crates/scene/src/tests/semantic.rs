@@ -213,7 +213,7 @@ fn meshes() {
             MESH,
             "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1, 0], v = [0, -1] } }",
             &["13:69 body.0.mesh.cloth.v: in 2D `v` must be counter-clockwise from `u`, else every \
-                 triangle is inside out"],
+                 triangle is inverted"],
         ),
         (
             MESH,
@@ -347,7 +347,7 @@ fn pins() {
         "{ vertices = [1] }",
         "body.0.pin.1.name: pins 0 and 1 of this body are both named \"pin1\"",
     );
-    case("[{ vertices = [0], axes = [] }]", "[]", "body.0.pin.0.axes: `axes` is empty: nothing is held");
+    case("[{ vertices = [0], axes = [] }]", "[]", "body.0.pin.0.axes: `axes` is empty: nothing is pinned");
     case(
         "[{ vertices = [0], axes = ['x', 'z'] }]",
         "'z'",
@@ -867,8 +867,8 @@ fn attachments() {
         ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this says not which vertices are meant"),
         (
             format!("{side}, target = {{ body = 'a', nearest_vertex = 1 }}"),
-            "attachment.0.target.body: a vertex is nearest to itself: `target` is the body whose vertices \
-             are tied",
+            "attachment.0.target.body: `target` must be a different body: here each vertex is nearest to \
+             itself",
         ),
         (
             format!("{side}, target = {{ body = 'b' }}"),
@@ -911,7 +911,7 @@ fn retries_of_steps() {
         assert_eq!(briefly(&error(&text(steps, solver))), [expected], "{steps} {solver}");
     }
     let failed = error(&changed("step = 1e-3", "step = 1e-3\nsolver = { retries = 2 }"));
-    assert_eq!(briefly(&failed), ["6:10 time.solver: symplectic-euler is explicit and solves no equations"]);
+    assert_eq!(briefly(&failed), ["6:10 time.solver: `solver` has no effect: symplectic-euler is explicit"]);
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub(super) fn one_selection(
 
 fn axes(check: &mut Checker, path: &KeyPath, axes: &[Axis]) {
     if axes.is_empty() {
-        let problem = Problem::semantic(path.clone(), "`axes` is empty: nothing is held");
+        let problem = Problem::semantic(path.clone(), "`axes` is empty: nothing is pinned");
         check.report(problem.with_help("remove `axes` to hold all coordinates"));
     }
     for (index, axis) in axes.iter().enumerate() {
