@@ -336,7 +336,7 @@ pin = [{ half_space = { normal = [1, 0], offset = 0 } }]
 fn a_tolerance_as_large_as_the_scene_is_refused_and_one_as_large_as_a_step_warned_of() {
     Bench::new(&HANGING_BEAM.replace("TOLERANCE", "'1 m'")).pliant(["scene.toml"]).ended_with(2).says(&[
         "would stop at updates of 1 m",
-        "1.612 m large",
+        "in a scene of 1.612 m",
         "give 2e-6 or less",
     ]);
     let warned = |tolerance: &str| {

@@ -414,7 +414,7 @@ fn cause(error: &StepError) -> String {
 fn unstable(step: u64, grown: f64) -> String {
     let told = match grown.is_finite() {
         true => format!("has grown {} times", Rounded::<3>(grown)),
-        false => "is beyond all numbers".into(),
+        false => "is not finite".into(),
     };
     format!("unstable: the energy {told} at step {step}")
 }

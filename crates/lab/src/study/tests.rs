@@ -370,7 +370,7 @@ fn advice_is_no_finer_than_the_reference_is_confirmed() {
     assert!(toml([row], &weak, 1e-2).contains("rk4") && !toml([row], &weak, 1e-3).contains("rk4"));
     let alone = Reference { disagreement: None, ..sure.clone() };
     let [said] = &words([row], &alone)[..] else { panic!("one line") };
-    assert!(said.starts_with("no advice for 10 % error: no second scheme confirms the reference"), "{said}");
+    assert!(said.starts_with("no advice for 10 % error: no second integrator confirms the reference"), "{said}");
     assert!(toml([row], &alone, 1e-2).starts_with("# no advice"));
 }
 
