@@ -560,7 +560,7 @@ fn errors_of_a_run_are_split_by_mesh_step_and_solver() {
         "extrapolated",
         "mesh ",
         "8x2, 16x4, 32x8 cells",
-        "4 runs beside yours",
+        "4 runs in addition to yours",
     ]);
     // The recording is that of the run itself.
     let with = std::fs::read(bench.path("scene.mcap")).unwrap();

@@ -175,7 +175,7 @@ impl Inner {
     /// Steps that are left of the duration of the scene, where all are of one size.
     fn steps_left(&self) -> PyResult<u64> {
         if self.simulation.step_control().is_some() {
-            return Err(PyValueError::new_err("give `steps`: the sizes of steps follow the error"));
+            return Err(PyValueError::new_err("give `steps`: the step size is adaptive"));
         }
         let left = self.scene.scene.time.duration - self.simulation.state().time;
         Ok((left / self.simulation.step_size()).round().max(0.0) as u64)
