@@ -162,7 +162,7 @@ fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
         "block-block, block-floor: 1e6 Pa, given, mu 0.3",
         "sticking contacts creep at up to 1.414e-4 m/s, 7.071e-7 m per step",
         "contact of the lightest vertex, of `block`, lasts 1.01e-4 s, 0.02 steps",
-        "0 pairs are candidates at the start; the smallest gap is 0.05 m, between vertex 0 of `block` and",
+        "0 pairs are candidates at the start; smallest gap 0.05 m, between vertex 0 of `block` and",
     ]);
     let by_modulus = DROP.replace("stiffness = \"1 MPa\"\n", "").replace("distance = \"1 mm\"\n", "");
     Bench::new(&by_modulus).pliant(["check", "scene.toml"]).succeeded().prints(&[

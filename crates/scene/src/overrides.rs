@@ -242,7 +242,7 @@ fn out_of_range(path: &KeyPath, depth: usize, index: usize, length: usize) -> Fa
 
 fn not_a_key(path: &KeyPath, depth: usize, length: usize) -> Fault {
     let list = holder(path, depth);
-    let message = format!("`{path}` leads nowhere: `{list}` is a list of {length}");
+    let message = format!("no key `{path}`: `{list}` is a list of {length}");
     Box::new(
         Problem::new(ProblemKind::Override, path.clone(), message)
             .with_help(format!("name an entry by its number, from 0: `{list}.0`")),

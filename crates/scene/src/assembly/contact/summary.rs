@@ -302,7 +302,7 @@ impl StiffnessOrigin {
 impl ContactStart {
     fn described(&self) -> String {
         let least = self.least.as_ref().map_or(String::new(), |StartGap { gap, between: [a, b] }| {
-            format!("; the smallest gap is {} m, between {a} and {b}", Rounded::<4>(*gap))
+            format!("; smallest gap {} m, between {a} and {b}", Rounded::<4>(*gap))
         });
         let pairs = counted(self.candidates as u64, "pair is a candidate", "pairs are candidates");
         format!("{pairs} at the start{least}")
