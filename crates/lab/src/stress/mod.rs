@@ -59,10 +59,11 @@ pub enum CaseVerdict {
 
 impl CaseVerdict {
     /// Meaning of the verdicts, for the suite and for a scene: as a sentence.
-    pub const MEANING: &str = "Pass: all that was asked for. Flagged: allowed, but a user must be told, such \
-                               as inverted elements, an equilibrium away from rest, a state that the \
-                               material does not have, a step above the stability limit of a scene that \
-                               allows it, or a run cut short. Fail: something that was asked for is missing.";
+    pub const MEANING: &str = "Pass: every criterion is met. Flagged: acceptable, but you should know, such \
+                               as inverted elements, an equilibrium away from the reference configuration, \
+                               a state outside of the domain of the material, a step above the stability \
+                               limit of a scene that allows it, or a run cut short. Fail: a criterion is not \
+                               met.";
 }
 
 impl std::fmt::Display for CaseVerdict {

@@ -331,7 +331,7 @@ fn pins() {
         assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{new}");
         assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{new}");
     };
-    case("[{ axes = ['x'] }]", "{ axes = ['x'] }", "body.0.pin.0: this says not which vertices are meant");
+    case("[{ axes = ['x'] }]", "{ axes = ['x'] }", "body.0.pin.0: this does not select vertices");
     case(
         "[{ vertices = [0], group = 'a' }]",
         "{ vertices = [0], group = 'a' }",
@@ -736,8 +736,8 @@ fn orders() {
         ),
         (
             format!("{elastic}\n{springs}\norder = 2"),
-            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of \
-             edges: a body of `order` 2 has none",
+            "16:9 body.0.order: `springs` connect corners and do not support mid-edge nodes: a body of \
+             `order` 2 cannot have them",
         ),
     ];
     for (text, expected) in table {
@@ -785,8 +785,8 @@ fn membranes() {
         ),
         (
             &[cloth, "elastic = { linear = { young = 1e5, poisson = 0.3 } }", membrane],
-            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a \
-             sheet have no direction to be compared with",
+            "5:13 body.0.elastic.linear: `linear` depends on the rotation of an element, but triangles of \
+             a membrane have no reference direction",
         ),
         (
             &[cloth, "elastic = { dirichlet = { stiffness = 1e5 } }", membrane],
@@ -864,7 +864,7 @@ fn attachments() {
             "3:15 attachment.0: an attachment takes exactly one of `stiffness` [N/m], of each tie, and \
              `total_stiffness` [N/m]",
         ),
-        ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this says not which vertices are meant"),
+        ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this does not select vertices"),
         (
             format!("{side}, target = {{ body = 'a', nearest_vertex = 1 }}"),
             "attachment.0.target.body: `target` must be a different body: here each vertex is nearest to \

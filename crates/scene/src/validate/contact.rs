@@ -120,7 +120,7 @@ fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, (names, bod
         check.number(&path.key("friction"), friction, "");
     }
     if pair.friction.is_none() && pair.contact.is_none() {
-        let problem = Problem::semantic(path.clone(), "this pair says nothing");
+        let problem = Problem::semantic(path.clone(), "this pair sets nothing");
         check.report(problem.with_help("give `friction`, or `contact = false`"));
     }
 }

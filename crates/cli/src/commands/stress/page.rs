@@ -26,11 +26,11 @@ const HEADER: [(&str, Look); 19] = [
     ("solver", Look::Text),
     ("verdict", Look::Text),
     ("iterations", Look::Number),
-    ("bar", Look::Number),
+    ("limit", Look::Number),
     ("min J", Look::Number),
     ("energy", Look::Number),
     ("error", Look::Number),
-    ("may be", Look::Number),
+    ("tolerance", Look::Number),
     ("steps", Look::Number),
     ("worst step", Look::Number),
     ("least gap", Look::Number),
@@ -88,12 +88,11 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     let folder = file.with_file_name(&stem);
     output::folder(&folder)?;
     let mut out = format!(
-        "# Stiff and extreme cases\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \"its\" \
-         are Newton iterations, of the case or of its worst step, and \"bar\" how many there may be: three \
-         times those of an independent program. \"energy\" is that at the end over that at the \
-         start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, \
-         and elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is \
-         below.\n",
+        "# Stiff and extreme cases\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \
+         \"iterations\" counts Newton iterations, of the case or of its worst step, and \"limit\" is three \
+         times those of an independent program. \"energy\" is the final energy over the initial one; \
+         \"error\" is compared with \"tolerance\": the residual gradient in the table of starts, and elsewhere the difference \
+         from a closed form or from an independent code.\n\n{} Each reason is below.\n",
         if any_is_long(results) { " --long --resume -o results" } else { "" },
         if any_is_long(results) { ", which reuses the results of earlier runs" } else { "" },
         sums(results),
@@ -124,8 +123,8 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
         let columns = if long { [" steps | worst step | least gap |", "---|---|---|"] } else { ["", ""] };
         let _ = write!(
             out,
-            "\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | \
-             may be |{}\n\
+            "\n| case | dim | material | nu | integrator | solver | | iterations | limit | min J | energy | \
+             error | tolerance |{}\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|---|{}\n",
             columns[0], columns[1],
         );
