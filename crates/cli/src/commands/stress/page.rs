@@ -92,7 +92,8 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
          \"iterations\" counts Newton iterations, of the case or of its worst step, and \"limit\" is three \
          times those of an independent program. \"energy\" is the final energy over the initial one; \
          \"error\" is compared with \"tolerance\": the residual gradient in the table of starts, and \
-         elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is below.\n",
+         elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is \
+         below.\n",
         if any_is_long(results) { " --long --resume -o results" } else { "" },
         if any_is_long(results) { ", which reuses the results of earlier runs" } else { "" },
         sums(results),
