@@ -225,8 +225,8 @@ fn walls(report: &Report) -> &'static str {
         (0, _) => "",
         (_, false) => "; walls are not included",
         (_, true) => {
-            "; walls are not included: a step is solved without them, and vertices behind them are then moved \
-             back, which can add energy"
+            "; walls are not included: a step is solved without them, and vertices behind them are then \
+             moved back, which can add energy"
         }
     }
 }
