@@ -39,7 +39,7 @@ fn a_load_that_changes_between_the_steps_is_told() {
     };
     let swing = "10*sin(2*pi*1000*t)";
     tells(
-        "`body.0.load.0.force` changes more within steps of 0.001 s",
+        "`body.0.load.0.force` changes too fast for steps of 1 ms",
         [
             &[of("1 ms", swing), of("1 ms", "cos(2000*pi*t)"), of("1 ms", "pulse(0.0102, 0.0107, t)")],
             &[
@@ -52,8 +52,13 @@ fn a_load_that_changes_between_the_steps_is_told() {
         ],
     );
     let told = of("1 ms", swing);
-    let advised: f64 =
-        told.split("; steps of ").nth(1).and_then(|rest| rest.split(" s ").next()).unwrap().parse().unwrap();
+    let advised: f64 = told
+        .split(": use steps of ")
+        .nth(1)
+        .and_then(|rest| rest.split(" s").next())
+        .unwrap()
+        .parse()
+        .unwrap();
     assert!((1e-5..3e-4).contains(&advised), "{told}");
 }
 
@@ -77,7 +82,7 @@ fn statics_of_what_swings_as_fast_as_its_load_are_told() {
     let of =
         |elastic: &str, force: &str| bar("integrator = 'quasi-static', step = 0.01", &loaded(elastic, force));
     tells(
-        "quasi-static runs leave out inertia",
+        "quasi-static runs neglect inertia",
         [&[of(SOFT, "1e-3*sin(60*t)")], &[of(STIFF, "1e-3*sin(60*t)"), of(SOFT, "1e-3*t")]],
     );
 }
@@ -104,7 +109,7 @@ fn a_tolerance_below_rounding_is_told() {
             SOFT,
         )
     };
-    tells("is below the rounding of positions", [&[of("1e-30")], &[of("1e-12")]]);
+    tells("is below the round-off of positions", [&[of("1e-30")], &[of("1e-12")]]);
 }
 
 #[test]
@@ -118,9 +123,9 @@ fn a_body_in_pieces_is_told() {
     };
     let (apart, at_one_place) = (of("[2, 0], [3, 0], [2, 1]"), of("[1, 0], [1, 1], [0, 1]"));
     assert!(apart.contains("`plate` is of 2 pieces that nothing connects"), "{apart}");
-    assert!(at_one_place.contains("2 vertices lie at the place of another"), "{at_one_place}");
+    assert!(at_one_place.contains("2 vertices lie at the position of another"), "{at_one_place}");
     let whole = bar("integrator = 'implicit-euler', step = 0.01", SOFT);
-    assert!(!whole.contains("pieces") && !whole.contains("at the place of another"), "{whole}");
+    assert!(!whole.contains("pieces") && !whole.contains("at the position of another"), "{whole}");
 }
 
 #[test]
@@ -147,7 +152,7 @@ fn a_pin_that_is_driven_through_a_wall_is_told() {
     let explicit = |velocity: &str, offset: &str| of("symplectic-euler", velocity, offset);
     // Contact holds the walls of implicit Euler, which put vertices back elsewhere.
     tells(
-        "the motion of pin `bar/end` leads 0.5 m behind `wall0`, at t = 1 s",
+        "the motion of pin `bar/end` goes 0.5 m behind `wall0`, at t = 1 s",
         [
             &[explicit("[0, -1]", "-0.5"), of("implicit-euler", "[0, -1]", "-0.5")],
             &[explicit("[0, -1]", "-1.5"), explicit("[0, 1]", "-0.5"), explicit("[0, -1]", "0.5")],

@@ -6,7 +6,7 @@ use super::{Bench, SPRING};
 fn check_says_what_is_used_and_what_is_left_out() {
     let bench = Bench::new(SPRING);
     let ended = bench.pliant(["check", "scene.toml"]).succeeded();
-    let (uses, left_out) = ended.stdout.split_once("left out").unwrap();
+    let (uses, left_out) = ended.stdout.split_once("\ninactive\n").unwrap();
     assert!(
         uses.contains("2 vertices") && uses.contains("velocity-verlet") && uses.contains("500 steps"),
         "{uses}"

@@ -49,10 +49,10 @@ fn a_run_ends_with_the_least_gap_and_what_friction_took() {
     assert_eq!(seldom["summary"]["least_gap"], *least);
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
     ended.prints(&[
-        "contact   least gap ",
+        "contact   smallest gap ",
         " between block and floor at t = ",
         "J to friction",
-        "Newton iterations in a row short",
+        "Newton iterations in a row",
     ]);
     let info = bench.pliant(["info", "scene.mcap"]).succeeded();
     info.prints(&["/contacts ", "pliant.Contacts"]);
@@ -65,7 +65,7 @@ fn contact_that_is_far_too_soft_is_warned_of_with_what_would_do() {
     let ended = bench.pliant(["run", "scene.toml", "--json"]).succeeded();
     let document = ended.json();
     let warnings = document["warnings"].to_string();
-    assert!(warnings.contains("contact of `block` and `floor` was pressed to"), "{warnings}");
+    assert!(warnings.contains("contact of `block` and `floor` was compressed to"), "{warnings}");
     let advised: f64 = warnings
         .split("a [contact] `stiffness` of ")
         .nth(1)
@@ -117,7 +117,7 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     bench
         .pliant(["check", "scene.toml"])
         .succeeded()
-        .prints(&["forces without a pole", "stop approaches up to"]);
+        .prints(&["explicit contact is a penalty", "stops approaches of up to"]);
     let document = bench.pliant(["run", "scene.toml", "--json"]).succeeded().json();
     let summary = &document["summary"];
     assert_eq!(summary["deepest_contact"], serde_json::Value::Null, "{summary}");
@@ -133,9 +133,9 @@ fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
     // The cubic law without an end: 5 mm at most, where it holds the weight and the fall.
     assert!((1e-5..2e-2).contains(&depth), "{deepest}");
     let warnings = document["warnings"].to_string();
-    assert!(warnings.contains("`block` and `floor` entered each other"), "{warnings}");
+    assert!(warnings.contains("`block` and `floor` interpenetrate by"), "{warnings}");
     let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
-    ended.prints(&["entered   block and floor, ", "approach  "]);
+    ended.prints(&["overlap   block and floor, ", "approach  "]);
 }
 
 /// The lightest vertex is the corner of one triangle, 0.4167 kg on 0.05 m^2: its contact lasts `pi sqrt(m
@@ -158,11 +158,11 @@ fn a_check_says_how_long_contact_lasts_and_where_its_numbers_come_from() {
     assert_eq!(size.len(), 2);
     let checked = bench.pliant(["check", "scene.toml"]).succeeded();
     checked.prints(&[
-        "surfaces push each other from a gap of 0.001 m on, given",
+        "activation distance 0.001 m, given",
         "block-block, block-floor: 1e6 Pa, given, mu 0.3",
-        "what sticks creeps at less than 1.414e-4 m/s, 7.071e-7 m in a step",
+        "sticking contacts creep at up to 1.414e-4 m/s, 7.071e-7 m per step",
         "contact of the lightest vertex, of `block`, lasts 1.01e-4 s, 0.02 steps",
-        "0 pairs are candidates at the start; the least gap is 0.05 m, between vertex 0 of `block` and",
+        "0 pairs are candidates at the start; smallest gap 0.05 m, between vertex 0 of `block` and",
     ]);
     let by_modulus = DROP.replace("stiffness = \"1 MPa\"\n", "").replace("distance = \"1 mm\"\n", "");
     Bench::new(&by_modulus).pliant(["check", "scene.toml"]).succeeded().prints(&[
@@ -231,8 +231,8 @@ fn what_a_scheme_takes_beside_a_moving_obstacle_is_the_scheme_s() {
         document["warnings"].to_string()
     };
     let (long, short) = (told("1e-2"), told("2e-3"));
-    assert!(long.contains("the scheme `implicit-euler` damps motion by itself"), "{long}");
-    assert!(short.contains("does not see blows that are shorter than a step"), "{short}");
+    assert!(long.contains("numerical damping: implicit-euler removed up to"), "{long}");
+    assert!(short.contains("misses impacts shorter than a step"), "{short}");
 }
 
 /// Two blocks that fly through each other: boxes that meet at the start are told then, on the way at the end.
@@ -256,7 +256,7 @@ fn bodies_that_meet_under_way_without_contact_are_told() {
     // 0.1 m apart at 2 m/s: together after 0.05 s.
     let flies = format!("{head}{}{}", block("still", 0.0, 0.0), block("flies", 0.2, -2.0));
     let told = warned(&flies, &[]);
-    assert!(told.contains("the boxes around `still` and `flies` meet from t = 0.05 s on"), "{told}");
+    assert!(told.contains("the bounding boxes of `still` and `flies` meet from t = 0.05 s on"), "{told}");
     // Noted at checkpoints.
     let bench = Bench::new(&flies);
     bench.pliant(["run", "scene.toml", "--until", "0.07", "--checkpoint", "1e-9"]).succeeded();
@@ -310,7 +310,7 @@ shape = { half_space = { normal = [0, 1], offset = 0 } }
     // Less than the 2.645 J that it has: it goes 0.02 * 2.3 / 2 m less far than Coulomb says.
     assert!((friction - 2.544).abs() < 2e-3, "{friction}");
     let warnings = ended["warnings"].to_string();
-    assert!(warnings.contains("the scheme `implicit-euler` damps motion by itself"), "{warnings}");
+    assert!(warnings.contains("numerical damping: implicit-euler removed up to"), "{warnings}");
 }
 
 /// Between two half-spaces that close, an element is left with little of its volume.

@@ -71,10 +71,10 @@ fn what_cannot_be_written_or_read_is_said() {
         ("0..12", "has no frame 11"),
         ("20..", "has no frame 20"),
         ("5..5", "the range is empty"),
-        ("0..5:0", "the step must be 1 or more"),
-        ("x", "`x` is no frame"),
-        ("-1", "`-1` is no frame"),
-        ("3:2", "a step goes with a range"),
+        ("0..5:0", "the stride must be 1 or more"),
+        ("x", "`x` is not a frame"),
+        ("-1", "`-1` is not a frame"),
+        ("3:2", "a stride needs a range"),
     ] {
         export(&["scene.mcap", "--to", "out", "--frames", frames]).ended_with(2).says(&[message]);
     }

@@ -49,7 +49,7 @@ fn a_film_of_a_beam_gives_its_constants_a_plot_and_a_scene() {
             "[[body]] # number 0\nelastic = { neo-hookean = { poisson = 0.",
             "correlation of",
         ])
-        .says(&["warning: left out, for they say the same as the positions: tip.ux, tip.uy", "fitted.toml"]);
+        .says(&["warning: columns not used, since the positions imply them: tip.ux, tip.uy", "fitted.toml"]);
     let svg = std::fs::read_to_string(bench.path("fit.svg")).unwrap();
     assert!(roxmltree::Document::parse(&svg).is_ok() && svg.contains("tip.y, measured"));
     let scene = std::fs::read_to_string(bench.path("fitted.toml")).unwrap();

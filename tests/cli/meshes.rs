@@ -52,17 +52,17 @@ fn a_refused_file_is_mended_by_the_keys_that_the_messages_name() {
         ("orient = true", "tetrahedron 0 is inverted"),
         ("drop_unused = true", "1 vertex belongs to no element and no edge, the first is vertex 0"),
     ] {
-        holds(&check(&keys).ended_with(2).stderr, &[fault, &format!("`{key}` beside `path`")]);
+        holds(&check(&keys).ended_with(2).stderr, &[fault, &format!("`{key}` next to `path`")]);
         keys += &format!(", {key}");
     }
     // A side of two sets of vertices is legal: it is counted.
     let counted = [
         "`part`: 3 tetrahedra in 3 unconnected pieces",
-        "7 vertices at the place of another, unjoined",
+        "7 vertices at the position of another, not joined",
         "dropped 1 tetrahedron without a volume",
         "dropped 1 vertex that no element and no edge uses",
         "oriented 3 of 3 tetrahedra",
-        "numbers of vertices from 0 on are not those of the file",
+        "vertices from 0 on are renumbered",
     ];
     holds(&check(&keys).succeeded().stdout, &counted);
     keys += ", merge = '1 um'";

@@ -29,7 +29,7 @@ fn a_body_that_starts_out_of_shape_is_told_how_to_start_in_it() {
     let bench = Bench::new(BAR);
     bench.pliant(["new", "jelly"]).succeeded();
     let remedy = "body.0.position.affine.matrix=[[1,0,0],[0,1,0],[0,0,1]]";
-    let advice = ["`jelly` starts away from its shape at rest", &format!("`--set {remedy}`")];
+    let advice = ["moves `jelly` away from its reference configuration", &format!("`--set {remedy}`")];
     bench.pliant(["modes", "jelly.toml"]).ended_with(1).says(&advice);
     bench.pliant(["modes", "jelly.toml", "--set", remedy]).succeeded();
 }
@@ -154,17 +154,17 @@ fn what_cannot_be_struck_or_has_no_modes_is_said() {
         bench.pliant(arguments)
     };
     strike("900", "0,1").ended_with(2).says(&["no vertex 900", "0 to "]);
-    strike("0", "0,1").ended_with(2).says(&["vertex 0 is held"]);
+    strike("0", "0,1").ended_with(2).says(&["vertex 0 is pinned"]);
     strike("21", "0,0").ended_with(2).says(&["direction"]);
     strike("21", "0,0,1").ended_with(2).says(&["3 components", "needs 2"]);
     strike("0.1,3", "0,1").ended_with(2).says(&["m from the nearest vertex"]);
     strike("0.1,0,0", "0,1").ended_with(2).says(&["3 coordinates", "2D"]);
-    strike("tip", "0,1").ended_with(2).says(&["`tip` is no place"]);
+    strike("tip", "0,1").ended_with(2).says(&["`tip` is neither a vertex"]);
     bench.pliant(["modes", "scene.toml", "--sound", "bar.wav"]).ended_with(2).says(&["--strike"]);
     assert_eq!(bench.files(), Vec::<String>::new());
     // Undamped, and with modes above 24 kHz.
     let ended = bench.pliant(STRUCK.into_iter().chain(["--count", "60", "--json"])).succeeded();
-    ended.says(&["at 24 kHz or above left out", "nothing damps the tones"]);
+    ended.says(&["at 24 kHz or above omitted", "nothing damps the tones"]);
 
     let particles = Bench::new(
         "dimension = 2

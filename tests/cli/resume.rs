@@ -310,9 +310,9 @@ fn a_checkpoint_from_a_stranger_changes_no_file_of_yours() {
     let before = (bytes(&bench, "scene.mcap"), bytes(&bench, "table.csv"));
     for path in [absolute, &climbing] {
         forged(&bench, "scene.mcap", path);
-        bench.pliant(further).ended_with(2).says(&["not beside it", "`--probes "]);
+        bench.pliant(further).ended_with(2).says(&["not next to it", "`--probes "]);
         forged(&bench, path, "table.csv");
-        bench.pliant(further).ended_with(2).says(&["not beside it", "`-o "]);
+        bench.pliant(further).ended_with(2).says(&["not next to it", "`-o "]);
     }
     // A file beside it that is no table, one of other times, one of other probes, one without rows.
     let table = String::from_utf8(before.1.clone()).unwrap();

@@ -107,7 +107,11 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
     let ended = ended.prints(&["implicit-euler at 20 ms", "implicit-euler at 2 s"]);
     assert!(!ended.stdout.contains("survives everything"), "{}", ended.stdout);
     let nothing = ["stress", "scene.toml", "--quick", "--budget", "1 ns"];
-    bench.pliant(nothing).succeeded().says(&["the time was over: ", " cases were left out", "--budget"]);
+    bench.pliant(nothing).succeeded().says(&[
+        "the time budget is used up: ",
+        " cases were omitted",
+        "--budget",
+    ]);
     let arguments = ["stress", "scene.toml", "--quick", "--json", "--solvers", "cg,multigrid"];
     let json = bench.pliant(arguments).json();
     let solvers: Vec<&str> =
@@ -196,7 +200,7 @@ fn limits_maps_and_charts_are_written() {
     {
         assert!(bench.path(&format!("out/{name}")).is_file(), "{name}");
     }
-    bench.pliant(arguments).succeeded().prints(&[". taken, x diverged", "measured and formula agree"]);
+    bench.pliant(arguments).succeeded().prints(&[". stable, x diverged", "measured and formula agree"]);
     // A page with tables, not what a terminal shows.
     let page = std::fs::read_to_string(bench.path("out/stability.html")).unwrap();
     assert!(

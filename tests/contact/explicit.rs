@@ -249,7 +249,7 @@ fn what_passes_through_a_sheet_ends_the_run_with_its_name_unless_the_scene_allow
         }
     };
     assert!(error.contains("step 2 (t = 0.001 s)"), "{error}");
-    assert!(error.contains("`shot`") && error.contains("of `cloth` pass through each other"), "{error}");
+    assert!(error.contains("`shot`") && error.contains("of `cloth` cross"), "{error}");
     assert!(error.contains("allow_penetration = true"), "{error}");
     // Where it was before that step.
     assert!((simulation.positions()[29] - 0.02).abs() < 1e-12, "{}", simulation.positions()[29]);

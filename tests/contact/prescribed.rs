@@ -38,8 +38,8 @@ fn a_plate_pushed_through_a_floor_is_an_error_with_names() {
     let error = simulation.step().unwrap_err().to_string();
     let told = [
         "obstructed",
-        "the motion of pin `plate/motion` cannot go on",
-        "of `block` and edge 0-2 of `plate` are",
+        "the motion of pin `plate/motion` is blocked",
+        "of `block` and edge 0-2 of `plate` block",
     ];
     for says in told.into_iter().chain(["and behind them vertex ", "of `block` and `floor`"]) {
         assert!(error.contains(says), "{says:?} is not in {error}");
@@ -119,7 +119,7 @@ fn a_pin_driven_into_a_floor_is_named() {
         (0..40).find_map(|_| simulation.step().err()).expect("nothing gives way").to_string()
     };
     let pressed = end("name = 'head', half_space = { normal = [0, -1], offset = -0.2099 }");
-    for says in ["the motion of pin `block/head` cannot go on", "and behind them vertex", "and `floor`"] {
+    for says in ["the motion of pin `block/head` is blocked", "and behind them vertex", "and `floor`"] {
         assert!(pressed.contains(says), "{says:?} is not in {pressed}");
     }
     // Into the floor, and to where no gap is left.
@@ -128,7 +128,7 @@ fn a_pin_driven_into_a_floor_is_named() {
         let text = scene(foot).replace("[0, -1]", velocity);
         let driven = super::assembled(&text).simulation.step().unwrap_err().to_string();
         let told =
-            ["the motion of pin `block/foot` cannot go on: vertex ", "of `block` and `floor` are in each"];
+            ["the motion of pin `block/foot` is blocked: vertex ", "of `block` and `floor` block each other"];
         for says in told {
             assert!(driven.contains(says), "{velocity}: {says:?} is not in {driven}");
         }

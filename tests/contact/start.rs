@@ -57,7 +57,7 @@ fn bodies_apart_are_assembled_and_their_distance_is_told() {
     assert!((contact.distance - 0.2e-3 * 2f64.sqrt()).abs() < 1e-12, "{contact:?}");
     assert_eq!(contact.pairs.len(), 3, "{contact:?}");
     let facts = contact.facts(Some(0.01)).join("\n");
-    assert!(facts.contains("m on, a thousandth of the size of `low`"), "{facts}");
+    assert!(facts.contains("m, a thousandth of the size of `low`"), "{facts}");
     // Of two with one modulus the first is named.
     assert!(facts.contains("low-low, low-high: 100000 Pa, Young's modulus of `low`"), "{facts}");
     // Looked for by `check` alone.
@@ -155,7 +155,7 @@ fn a_body_that_starts_too_near_is_told_with_the_force_and_its_weight() {
     };
     let told = block(2e-4, -10.0, "implicit-euler");
     let [told] = &told[..] else { panic!("{told:?}") };
-    assert!(told.contains("`block` starts 2e-4 m from `floor`, 20% of the distance"), "{told}");
+    assert!(told.contains("`block` starts 2e-4 m from `floor`, 20 % of the activation distance"), "{told}");
     assert!(told.contains("times its weight of 400 N"), "{told}");
     let adrift = block(9e-4, 0.0, "implicit-euler");
     assert!(adrift[0].contains("nothing holds it there"), "{adrift:?}");

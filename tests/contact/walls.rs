@@ -108,5 +108,5 @@ fn a_start_behind_a_kept_wall_is_pushed_out() {
     scene.keep_contact(0.01);
     let assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"));
     let said = assembly.report.warnings.join("\n");
-    assert!(said.contains("`column` starts 1e-4 m behind `wall0`: it is pushed out with"), "{said}");
+    assert!(said.contains("`column` starts 1e-4 m behind `wall0`: the wall pushes it out with"), "{said}");
 }

@@ -109,7 +109,7 @@ fn an_increment_below_the_least_ends_with_the_state_before_it_and_says_why() {
     let StepError::StepTooSmall { step: 1, is_static: true, .. } = error else { panic!("{error}") };
     let message = error.to_string();
     let parts = [
-        "increment 1 (t = 0 s) cannot be taken",
+        "increment 1 (t = 0 s) failed",
         "the smallest allowed is 1 s",
         "infeasible",
         "has J = ",

@@ -242,8 +242,8 @@ fn a_path_is_refused_where_there_is_none() {
     let body = "pin = [{ vertices = [0, 2] }]";
     let load = "force = ['0', '-10*t']";
     let cases = [
-        (with("'quasi-static'", "'implicit-euler'"), "implicit-euler is a scheme of motion in time"),
-        (with("'quasi-static'", "'velocity-verlet'"), "velocity-verlet is a scheme of motion in time"),
+        (with("'quasi-static'", "'implicit-euler'"), "implicit-euler integrates motion in time"),
+        (with("'quasi-static'", "'velocity-verlet'"), "velocity-verlet integrates motion in time"),
         (with(load, "force = ['0', '-10']"), "nothing in the scene grows with the load factor"),
         (with(load, "force = ['0', '-10*step(0.5, t)']"), "this jumps with `t`"),
         (with("duration = 400", "duration = 400\nstep = 1.0"), "`step` and `arc_length` are both given"),
@@ -259,10 +259,10 @@ fn a_path_is_refused_where_there_is_none() {
             with("duration = 400", "duration = 400\nsolver = { linear = 'cg' }"),
             "`linear` is not for steps along a path",
         ),
-        (with("[output]", "[contact]\n[output]"), "arc length knows no contact"),
-        (with(body, "pin = [{ vertices = [0, 2], until = 3 }]"), "a pin lets go at a time"),
+        (with("[output]", "[contact]\n[output]"), "arc length does not support contact"),
+        (with(body, "pin = [{ vertices = [0, 2], until = 3 }]"), "a pin is released at a time"),
         (with(body, &format!("{body}\ndamping = {{ mass_proportional = 1.0 }}")), "no rates to damp"),
-        (with("[output]", "[world]\nether_drag = 1.0\n[output]"), "no speed to drag at"),
+        (with("[output]", "[world]\nether_drag = 1.0\n[output]"), "no velocity to drag"),
         (with("first = 0.05", "first = 0.0"), "`first` must be positive and finite"),
         (with("until = [2.0]", "until = [1.0, 2.0, 3.0]"), "one load factor or two"),
     ];

@@ -220,7 +220,7 @@ def test_steps_that_follow_the_error_land_on_times() -> None:
     by_position, _ = pliant.Simulation(scene).jvp(velocity=change, steps=5)
     back = pliant.Simulation(scene).gradient(lambda frame: tip_at(frame, 5), ["velocity"], steps=5)
     assert by_position[-1, 1] == pytest.approx(np.sum(back["velocity"] * change), rel=1e-10)
-    with pytest.raises(ValueError, match="give `steps`: the sizes of steps follow the error"):
+    with pytest.raises(ValueError, match="give `steps`: the step size is adaptive"):
         pliant.Simulation(scene).jvp(velocity=change)
     with pytest.raises(ValueError, match=r"give `steps` or `times`, not both"):
         simulation.gradient(last, ["velocity"], steps=1, times=[0.01])

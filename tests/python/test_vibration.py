@@ -138,7 +138,7 @@ def test_a_sound_is_that_of_the_command_line(bits: Any, programs: list[str], tmp
 
 
 def test_what_makes_no_sound_is_said() -> None:
-    with pytest.raises(ValueError, match="vertex 0 is held"):
+    with pytest.raises(ValueError, match="vertex 0 is pinned"):
         pliant.sound(beam(), 0, [1.0, 0.0])
     with pytest.raises(ValueError, match="no vertex 10"):
         pliant.sound(beam(), 10, [1.0, 0.0])

@@ -69,13 +69,13 @@ pub(crate) struct CommandLine {
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CommonArguments {
-    /// Print one JSON document on standard output, whatever happens
+    /// Print one JSON document on standard output, also on failure
     #[arg(long, global = true, help_heading = "General")]
     pub(crate) json: bool,
-    /// No progress and no report; errors and warnings only
+    /// Print errors and warnings only
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "General")]
     pub(crate) quiet: bool,
-    /// Say more: the assembled problem before the run
+    /// Print the assembled problem before the run
     #[arg(short, long, global = true, help_heading = "General")]
     pub(crate) verbose: bool,
     /// Colours: auto, always or never; auto respects NO_COLOR
@@ -105,51 +105,51 @@ pub(crate) enum ColorChoice {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write a commented scene to begin with
+    /// Write a commented starter scene
     New(NewArguments),
     /// Simulate a scene and record it
     Run(RunArguments),
-    /// Go on with a run from its last checkpoint
+    /// Continue a run from its last checkpoint
     Resume(ResumeArguments),
-    /// Show what a scene amounts to, without running it
+    /// Print the assembled problem: unknowns, stability limit, memory, active features
     Check(CheckArguments),
-    /// Show the natural frequencies of a scene; play its mode shapes and its sound
+    /// Compute natural frequencies; animate mode shapes, synthesise the sound of an impact
     Modes(Box<ModesArguments>),
-    /// List what scenes can be made of
+    /// List integrators, materials, presets, elements, meshes and output channels
     List(ListArguments),
-    /// Show what a recording holds
+    /// Describe a recording, and how its run ended
     Info(InfoArguments),
     /// Make the recording of a killed run readable
     Recover(RecoverArguments),
-    /// Look at a recording: write a page that plays it, and open it in the browser
+    /// Write a page that plays a recording, and open it in the browser
     View(ViewArguments),
-    /// Run a scene in the browser, and touch it while it runs
+    /// Run a scene in the browser, where you can drag vertices
     Live(LiveArguments),
-    /// Write a recording for ParaView and PyVista (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
+    /// Convert a recording for ParaView and PyVista (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
     /// Draw a recording: a still, frames side by side, an animation
     Render(Box<RenderArguments>),
-    /// Draw energies, momentum, reactions or probes of a recording over time
+    /// Plot energies, momentum, reactions or probes of a recording over time
     Plot(PlotArguments),
-    /// Draw every scene of a folder into one page
+    /// Draw the scenes of a folder into one page
     Gallery(GalleryArguments),
-    /// Print the format of scenes: the JSON schema for editors, or a page to read
+    /// Print the format of scenes: a JSON schema for editors, or a reference page
     Schema(SchemaArguments),
-    /// Print what makes a shell complete commands and options: bash, zsh, fish, powershell
+    /// Print a completion script for bash, zsh, fish or powershell
     Completions(CompletionsArguments),
-    /// Print the manual as a page of man, or write a page for every command
+    /// Print the manual page, or write one for every command
     Man(ManArguments),
-    /// Measure how fast this machine takes steps
+    /// Measure the speed of steps on this machine
     Bench(BenchArguments),
-    /// Put the solvers, or a scene, through what breaks simulators, and tell what stands
+    /// Run robustness tests on the solvers or on a scene
     Stress(StressArguments),
-    /// Find how large a step a scene can take: predicted, measured, and against what it is made of
+    /// Find the largest stable step: predicted, measured, and as a function of a parameter
     Stability(StabilityArguments),
-    /// Find mesh, elements, scheme and step for an accuracy of a quantity, and prove it
+    /// Find mesh, elements, integrator and step for the accuracy of a quantity, and prove it
     Solve(SolveArguments),
-    /// Compare schemes and steps: error in time, on this mesh, against run time, with a report
+    /// Compare integrators and steps: error in time, on this mesh, against run time, with a report
     Study(StudyArguments),
-    /// Find constants of a scene from measurements: a trajectory, curves of a material, frequencies
+    /// Fit parameters of a scene to measurements: trajectories, material curves, frequencies
     Fit(Box<FitArguments>),
 }
 
@@ -169,7 +169,7 @@ impl CommandLine {
         if matches.subcommand_name().is_some() && before {
             return Err(CommandLine::command().error(
                 ErrorKind::ArgumentConflict,
-                "options of a command, and the scene, come after its name: pliant run SCENE --until 1",
+                "the scene and the options of a command come after its name: pliant run SCENE --until 1",
             ));
         }
         let line = CommandLine::from_arg_matches(&matches)?;
@@ -181,7 +181,7 @@ impl CommandLine {
             },
             (None, None) => Err(CommandLine::command().error(
                 ErrorKind::MissingRequiredArgument,
-                "which scene? Try `pliant SCENE`, or `pliant --help`",
+                "no scene given; use `pliant SCENE`, or see `pliant --help`",
             )),
         }
     }

@@ -20,7 +20,7 @@ pub enum GradientError {
     #[error("the run fails: {0}")]
     Step(#[from] StepError),
     /// A step was subdivided that was a full step when the steps of the run were determined.
-    #[error("step {} is taken in parts, which was whole before: choose a shorter step", .step + 1)]
+    #[error("step {} was subdivided, but was a full step before: choose a smaller step", .step + 1)]
     Parts {
         /// Number of steps before it.
         step: u64,
@@ -29,7 +29,7 @@ pub enum GradientError {
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
     /// The natural modes could not be computed.
-    #[error("the frequencies cannot be had: {0}")]
+    #[error("the frequencies cannot be computed: {0}")]
     Modes(#[from] ModesError),
     /// Derivatives of natural frequencies by a parameter are not implemented.
     #[error(

@@ -154,8 +154,8 @@ fn refuse_forces(simulation: &mut Simulation) -> Result<(), GradientError> {
         if pulls {
             return Err(GradientError::Unsupported {
                 what: format!("natural frequencies where {} pulls", term.name()),
-                remedy: "they are differentiated about the shape at rest: leave gravity, loads and changes \
-                         of the start out",
+                remedy: "they are differentiated about the reference configuration: remove gravity, loads \
+                         and changes of the start",
             });
         }
     }

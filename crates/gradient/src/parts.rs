@@ -125,9 +125,9 @@ pub(crate) fn check_terms(
     let missing = missing.or_else(|| needs.rest_lengths.into_iter().find(is_no_tie));
     if needs.shaped_contact && shaped(system).is_none() {
         if system.terms().iter().any(|term| term.touching().is_some()) {
-            let what =
-                "the shape at rest of a body that touches itself from nearer on: it is near itself there";
-            let remedy = "give a `distance` in [contact] below half of that, or `self = false`";
+            let what = "the reference shape of a body whose self-contact distance depends on that shape";
+            let remedy =
+                "give a [contact] `distance` below half of its smallest reference gap, or `self = false`";
             return Err(GradientError::Unsupported { what: what.into(), remedy });
         }
         return Err(GradientError::Term { name: "contact".into() });

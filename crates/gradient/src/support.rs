@@ -30,16 +30,16 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if simulation.path().is_some() {
         return named(
             "paths by arc length",
-            "the load of a state is one of its unknowns there, found at a distance that depends on the \
-             solves before, and no adjoint has it; give a fixed `step` in place of `arc_length`",
+            "the load of a state is an unknown there, found at an arc length that depends on earlier \
+             solves, which has no adjoint; use a fixed `step` instead of `arc_length`",
         );
     }
     let axes = |hold: &&Hold| hold.axes()[..system.dimension()].iter().all(|held| *held);
     if system.constraints().iter().filter(|hold| turns(hold)).any(|hold| !axes(&hold)) {
-        return named("prescribed rotation of some coordinates alone", "leave out `axes` of the pin");
+        return named("prescribed rotation of a pin with `axes`", "remove `axes` of the pin");
     }
     if system.constraints().iter().any(|hold| hold.drive().is_some()) {
-        return named("pins that are steered", "give them a motion in the scene");
+        return named("pins that `move` has set in motion", "give them a motion in the scene");
     }
     obstacle_among_terms(simulation)
 }
@@ -48,8 +48,8 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
 fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str)> {
     let mut terms = simulation.system().terms().iter();
     let found = terms.find(|term| term.properties().approximates)?;
-    let remedy = "the force of a tree jumps where a particle comes into another cell, and by cells it is the \
-                  gradient of no energy; take the direct sum, without `tree`";
+    let remedy = "the force of a tree jumps if a particle changes its cell, and it is not the gradient of \
+                  an energy; use the direct sum, without `tree`";
     Some((found.name(), remedy))
 }
 
@@ -58,7 +58,7 @@ fn obstacle_to_linearisation(simulation: &mut Simulation) -> Option<(String, &'s
     if !matches!(simulation.method().scheme, Scheme::Linearised(_)) {
         return None;
     }
-    const REMEDY: &str = "take `implicit-euler`";
+    const REMEDY: &str = "use `implicit-euler`";
     let system = simulation.system();
     if system.is_damped() && system.has_prescribed_motion() {
         return Some(("linearised steps with damping and prescribed motion".into(), REMEDY));
@@ -97,8 +97,8 @@ fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'
         let known = term.add_position_product(&x, &zero, &zero, &mut y);
         (!known).then(|| term.name())
     });
-    let remedy = "damping of elements and of springs, in proportion to masses, `ether_drag`, and friction of \
-                  a given `threshold_speed` have one";
+    let remedy = "damping of elements and of springs, mass-proportional damping, `ether_drag`, and friction \
+                  with a given `threshold_speed` have one";
     Some((unknown?, remedy))
 }
 
@@ -109,7 +109,7 @@ pub(crate) fn singular(method: &Method, step: u64, time: f64) -> GradientError {
             what: format!(
                 "the linearised step {step}, whose matrix is not positive definite and was projected"
             ),
-            remedy: "take `implicit-euler`, or a smaller `step`",
+            remedy: "use `implicit-euler`, or a smaller `step`",
         },
         _ => GradientError::Singular { step, time },
     }

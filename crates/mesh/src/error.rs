@@ -310,7 +310,7 @@ pub enum MeshError {
     #[error(
         "{cell} is folded by its curved sides: its Jacobian determinant falls to {least:.4} of its mean, \
          and must be positive everywhere; move the nodes in the middle of its edges (in Gmsh: \
-         `Mesh.HighOrderOptimize = 2;`), or use its corners only (`drop_mid_nodes = true` beside `path`)"
+         `Mesh.HighOrderOptimize = 2;`), or use its corners only (`drop_mid_nodes = true` next to `path`)"
     )]
     Folded {
         /// The element.
@@ -338,7 +338,7 @@ pub enum MeshError {
         count: usize,
     },
     /// An edge between two vertices at the same place.
-    #[error("edge {edge} joins vertices {} and {}, which are at the same place; a spring needs a length",
+    #[error("edge {edge} joins vertices {} and {}, which are at the same position; a spring needs a length",
             vertices[0], vertices[1])]
     ZeroLengthEdge {
         /// Index into `edges`.
@@ -486,7 +486,7 @@ pub enum MeshError {
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles, \
              quadrilaterals, tetrahedra and hexahedra of first order (in Gmsh: `Mesh.ElementOrder = 1;`), or \
              triangles and tetrahedra of second order with `order = 2` in the body, or with \
-             `drop_mid_nodes = true` beside `path` to use the corners only"
+             `drop_mid_nodes = true` next to `path` to use the corners only"
     )]
     ElementType {
         /// Tag of the element in the file.

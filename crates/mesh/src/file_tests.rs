@@ -306,7 +306,7 @@ fn files_are_found_beside_the_scene_and_faults_read_like_a_compilers() {
         base.join("b.MSH").display()
     );
     let end =
-        "swap two of its vertices; or `orient = true` beside `path` does so for every element that needs it";
+        "swap two of its vertices; or `orient = true` next to `path` does so for every element that needs it";
     assert!(message.starts_with(&start) && message.ends_with(end), "{message}");
     assert!(matches!(file("d.dxf", base), Err(MeshError::UnknownFormat { .. })));
     assert!(matches!(file("none.msh", base), Err(MeshError::Unreadable { .. })));

@@ -31,9 +31,7 @@ pub enum FormatError {
         first: u64,
     },
     /// A gap in consecutive numbers.
-    #[error(
-        "this {what} has the number {found} where {expected} comes next; number them one after the other"
-    )]
+    #[error("this {what} has number {found}, expected {expected}: number them consecutively")]
     Sequence {
         /// `vertex` or `tetrahedron`.
         what: &'static str,
@@ -61,7 +59,7 @@ pub enum FormatError {
     /// A cell with mid-edge nodes where only corners are accepted.
     #[error(
         "a {name} has nodes in the middle of its edges, and the elements of a body are of first order; set \
-         `order = 2` in the body to use them, or `drop_mid_nodes = true` beside `path` to use the corners \
+         `order = 2` in the body to use them, or `drop_mid_nodes = true` next to `path` to use the corners \
          only"
     )]
     SecondOrder {
@@ -69,9 +67,7 @@ pub enum FormatError {
         name: &'static str,
     },
     /// Cells of first and second order in one mesh.
-    #[error(
-        "this cell has no nodes in the middle of its edges while others have; all cells must be of one order"
-    )]
+    #[error("this cell has no mid-edge nodes, but others have; all cells must be of one order")]
     MixedOrder,
     /// Malformed XML.
     #[error("the XML is broken: {message}")]

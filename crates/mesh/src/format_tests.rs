@@ -402,7 +402,7 @@ fn faults_of_tetgen_pairs_name_the_file_and_the_line() {
     let (in_nodes, line, tag, message) = fault(ELE, &changed(NODE, "1.2500000000000000e+00", "nan"));
     assert_eq!((in_nodes, line, tag), (true, 7, Some(FileTag::Node(4))), "{message}");
     let (in_nodes, line, _, message) = fault(ELE, &changed(NODE, "\n3 ", "\n7 "));
-    assert!(in_nodes && line == 6 && message.contains("number 7 where 3 comes next"), "{line} {message}");
+    assert!(in_nodes && line == 6 && message.contains("number 7, expected 3"), "{line} {message}");
     let (in_nodes, _, _, message) = fault(ELE, &changed(NODE, "5 3 0 0", "6 3 0 0"));
     assert!(in_nodes && message.contains("the file ends where the number of a node"), "{message}");
     let (in_nodes, line, _, message) = fault(&changed(ELE, "2 4 0", "2 10 0"), NODE);

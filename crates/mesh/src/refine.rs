@@ -39,7 +39,7 @@ pub(super) fn refine(mesh: &Mesh, curve: impl FnOnce(&mut Mesh)) -> Result<Mesh,
         );
     }
     if mesh.skin.is_some() {
-        return refused("a surface rides along with the cells; give a smaller `spacing` instead");
+        return refused("a surface is embedded in the cells; give a smaller `spacing` instead");
     }
     if mesh.element_count() == 0 {
         return refused("the mesh has no cells");

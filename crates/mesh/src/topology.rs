@@ -104,8 +104,8 @@ impl Mesh {
                 [(.., false, backward), (.., true, forward)] => hinges.push([low, high, *forward, *backward]),
                 [_, _] => {
                     return Err(format!(
-                        "the two triangles at the edge from vertex {low} to {high} have opposite sides up; \
-                         in a file, `orient = true` beside `path` turns one of them"
+                        "the two triangles at the edge from vertex {low} to {high} have opposite \
+                         orientations; in a file, `orient = true` next to `path` turns one of them"
                     ));
                 }
                 more => {

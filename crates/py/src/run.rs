@@ -17,7 +17,7 @@ use crate::arrays::Doubles;
 use crate::simulation::{Inner, PySimulation};
 use crate::{arrays, errors, threads};
 
-/// One moment of a run, as `Simulation.run` shows it to its ``callback``.
+/// State of a run at a frame, passed to the ``callback`` of `Simulation.run`.
 #[pyclass(name = "Frame", frozen, module = "pliant")]
 pub(crate) struct PyFrame {
     index: u64,
@@ -50,7 +50,7 @@ impl PyFrame {
         self.index
     }
 
-    /// int: Steps taken.
+    /// int: Number of steps.
     #[getter]
     fn step(&self) -> u64 {
         self.step
@@ -74,7 +74,7 @@ impl PyFrame {
         arrays::array(py, self.v.clone(), &[self.v.len() / self.dimension, self.dimension])
     }
 
-    /// dict of str to float: Energies [J], as `Simulation.energy` has them.
+    /// dict of str to float: Energies [J], as in `Simulation.energy`.
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         match &self.diagnostics {
@@ -145,30 +145,30 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// until : float, optional
-    ///     Simulated time to reach [s]; the scene's duration without it.
+    ///     Simulated time to reach [s]; default: the scene's duration.
     /// record : str or os.PathLike, optional
-    ///     File to write, for `load`, Foxglove, Rerun: what ``pliant run`` writes, with the same bytes.
+    ///     File to write, for `load`, Foxglove, Rerun; byte-identical to that of ``pliant run``.
     /// overwrite : bool, default False
-    ///     Whether `record` may be there already.
+    ///     True to replace an existing file.
     /// progress : bool, default False
-    ///     Whether to show on standard error how far it is.
+    ///     True to show the progress on standard error.
     /// callback : callable, optional
-    ///     Called with a `Frame` at every frame, the present state first. What it raises ends the run.
+    ///     Called with a `Frame` at every frame, starting with the current state. An exception ends the run.
     ///
     /// Returns
     /// -------
     /// Summary
-    ///     What can be said at the end.
+    ///     Summary of the run.
     ///
     /// Raises
     /// ------
     /// StepError
-    ///     A step cannot be taken, or the energy grows beyond any physical cause; the file is complete up to
-    ///     the last good frame.
+    ///     A step fails, or the energy grows beyond any physical cause; the file is complete up to the last
+    ///     valid frame.
     /// FileExistsError
-    ///     `record` is there.
+    ///     The file `record` exists.
     /// KeyboardInterrupt
-    ///     Ctrl-C; the file is complete up to then.
+    ///     Ctrl-C; the file is complete up to that time.
     ///
     /// Examples
     /// --------

@@ -13,24 +13,23 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::{document, errors, per_element, threads};
 
-/// What is simulated: bodies, the world around them, how time advances, what is written.
+/// Scene: bodies, world, time integration and output of a simulation.
 ///
-/// Built from keyword arguments that are the tables of a scene file (``docs/scene-format.md`` has every
-/// key), with dictionaries for tables and lists or arrays for lists; or read from TOML by `from_toml`. Both
-/// are checked by the same code.
+/// Its keyword arguments are the tables of a scene file (``docs/scene-format.md`` has every key), with
+/// dictionaries for tables and lists or arrays for lists. `from_toml` reads TOML. Both are checked by the
+/// same code.
 ///
 /// Parameters
 /// ----------
 /// **tables
-///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or
-///     texts with a unit: ``"3 MPa"``. ``young`` of a material may be an array, one for each element: the
-///     scene then has the largest, and ``elastic_factor``.
+///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units;
+///     strings may carry a unit: ``"3 MPa"``. ``young`` of a material may be an array with one value per
+///     element: the scene then has the largest one, and ``elastic_factor``.
 ///
 /// Raises
 /// ------
 /// SceneError
-///     What the tables say cannot be simulated. Lines and columns are those of the scene written as TOML,
-///     `text`.
+///     The scene cannot be simulated. Lines and columns refer to the scene written as TOML, `text`.
 ///
 /// Examples
 /// --------
@@ -119,8 +118,8 @@ impl PyScene {
     /// Parameters
     /// ----------
     /// path_or_text : str or os.PathLike
-    ///     A file, or the text itself: a text has more than one line, or an equals sign. Files that a scene
-    ///     names are relative to its own directory, or to the working directory where the text is given.
+    ///     A file, or the text itself, which has more than one line or an equals sign. File names in a scene
+    ///     are relative to its directory, or for a text to the working directory.
     ///
     /// Returns
     /// -------
@@ -129,7 +128,7 @@ impl PyScene {
     /// Raises
     /// ------
     /// SceneError
-    ///     The file cannot be read, is no TOML, or is no scene that can be simulated; with line and column.
+    ///     The file cannot be read, is not TOML, or cannot be simulated; with line and column.
     ///
     /// Examples
     /// --------
@@ -146,15 +145,15 @@ impl PyScene {
         PyScene::of(py, source.map_err(located)?)
     }
 
-    /// The same scene with some values changed.
+    /// Return a copy of the scene with some values changed.
     ///
     /// Parameters
     /// ----------
     /// changes : dict
-    ///     New values by their paths, as ``--set`` of the command line has them: ``{"time.step": 1e-3,
-    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0. Moduli may be
-    ///     named as by `Simulation.gradient`, ``"body.beam.elastic.young"``, and ``young`` may be an array,
-    ///     one for each element. One number for ``young`` leaves an ``elastic_factor`` as it is.
+    ///     New values by path, as for ``--set`` on the command line: ``{"time.step": 1e-3,
+    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0. Moduli may have
+    ///     their names of `Simulation.gradient`, ``"body.beam.elastic.young"``, and ``young`` may be an array
+    ///     with one value per element. A single ``young`` keeps an ``elastic_factor``.
     ///
     /// Returns
     /// -------
@@ -163,7 +162,7 @@ impl PyScene {
     /// Raises
     /// ------
     /// SceneError
-    ///     A path leads nowhere, or the changed scene cannot be simulated.
+    ///     There is no such path, or the changed scene cannot be simulated.
     ///
     /// Examples
     /// --------
@@ -192,13 +191,13 @@ impl PyScene {
         key_path(&self.source, &self.scene, name).map_err(|error| PyKeyError::new_err(error.to_string()))
     }
 
-    /// The scene as TOML.
+    /// Write the scene as TOML.
     ///
     /// Returns
     /// -------
     /// str
-    ///     A text that reads as an equal scene; comments and order of `text` are lost, quantities are numbers
-    ///     in SI units.
+    ///     Text of an equal scene, without the comments and order of `text`; quantities are numbers in SI
+    ///     units.
     ///
     /// Examples
     /// --------
@@ -214,13 +213,13 @@ impl PyScene {
         self.source.text()
     }
 
-    /// str: Where the text comes from: the path of a file, or ``<scene>``.
+    /// str: Origin of the text: the path of a file, or ``<scene>``.
     #[getter]
     fn name(&self) -> &str {
         self.source.name()
     }
 
-    /// str or None: One line that says what this is.
+    /// str or None: Title of the scene.
     #[getter]
     fn title(&self) -> Option<&str> {
         self.scene.title.as_deref()
@@ -232,7 +231,7 @@ impl PyScene {
         self.scene.dimension
     }
 
-    /// float or None: Time step [s]; None where it follows the error.
+    /// float or None: Time step [s]; None if it is adaptive.
     #[getter]
     fn step_size(&self) -> Option<f64> {
         self.scene.time.step

@@ -32,18 +32,18 @@ pub(crate) use vibration::PySuperposition;
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
 const BATCH: Duration = Duration::from_millis(20);
 
-/// Advances a scene in time, ``(x_n, v_n) -> (x_{n+1}, v_{n+1})``.
+/// Simulation of a scene, which advances in time, ``(x_n, v_n) -> (x_{n+1}, v_{n+1})``.
 ///
-/// The same steps with the same bits as ``pliant run``. While it takes steps, other Python threads run; one
-/// simulation is used by one thread at a time.
+/// Its steps are bit-identical to those of ``pliant run``. Other Python threads run during steps; only one
+/// thread at a time can use a simulation.
 ///
 /// Parameters
 /// ----------
 /// scene : Scene
-///     What to simulate.
+///     The scene.
 /// materials : dict of str to Material, optional
-///     Materials written in Python, by the names of bodies: they take the place of those of the scene.
-///     Slower; see `Material`.
+///     Materials written in Python, by name of the body, instead of those of the scene. They are slower;
+///     see `Material`.
 ///
 /// Raises
 /// ------
@@ -187,17 +187,17 @@ impl PySimulation {
         Ok(simulation)
     }
 
-    /// Take steps.
+    /// Advance by a number of steps.
     ///
     /// Parameters
     /// ----------
     /// n : int, default 1
-    ///     How many.
+    ///     Number of steps.
     ///
     /// Raises
     /// ------
     /// StepError
-    ///     A step cannot be taken; the state is the last good one.
+    ///     A step fails; the state is the last valid one.
     ///
     /// Examples
     /// --------
@@ -220,30 +220,30 @@ impl PySimulation {
         }
     }
 
-    /// One step from a given state: a pure function, ``x1, v1 = simulation.advance(x0, v0)``.
+    /// Compute one step from a given state, without side effects: ``x1, v1 = simulation.advance(x0, v0)``.
     ///
     /// Parameters
     /// ----------
     /// positions : array_like, shape (n, dim)
-    ///     Positions at the beginning of the step [m].
+    ///     Positions at the start of the step [m].
     /// velocities : array_like, shape (n, dim)
     ///     Velocities [m/s]; those of pinned coordinates count as zero.
     ///
     /// Returns
     /// -------
     /// positions : ndarray of float64, shape (n, dim)
-    ///     At its end [m].
+    ///     Positions at the end of the step [m].
     /// velocities : ndarray of float64, shape (n, dim)
-    ///     Likewise [m/s].
+    ///     Velocities at the end of the step [m/s].
     ///
     /// Raises
     /// ------
     /// StepError
-    ///     The step cannot be taken.
+    ///     The step fails.
     ///
     /// Notes
     /// -----
-    /// What depends on time is taken at `time`. The simulation itself stays where it is.
+    /// Time-dependent quantities are evaluated at `time`. The simulation itself does not change.
     ///
     /// Examples
     /// --------

@@ -8,11 +8,11 @@ use pyo3::types::{PyBytes, PyTuple};
 
 use crate::arrays::{self, Doubles};
 
-/// A moment of a simulation: enough to go on from there.
+/// State of a simulation, from which it can continue.
 ///
-/// What `Simulation.state` gives and takes. It pickles. Simulations by explicit schemes go on from it with
-/// the same bits, those by implicit schemes to the tolerance of their solver. Parameters (materials, forces,
-/// pins) are no part of it.
+/// It is the value of `Simulation.state`, and can be pickled. Continued explicit runs are bit-identical,
+/// implicit ones agree to the tolerance of their solver. Parameters (materials, forces, pins) are not part of
+/// it.
 #[pyclass(name = "State", frozen, module = "pliant")]
 pub(crate) struct PyState {
     pub(crate) snapshot: Snapshot,
@@ -21,7 +21,7 @@ pub(crate) struct PyState {
 
 #[pymethods]
 impl PyState {
-    /// int: Steps taken.
+    /// int: Number of steps.
     #[getter]
     fn step(&self) -> u64 {
         self.snapshot.step

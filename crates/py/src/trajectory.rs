@@ -16,7 +16,7 @@ use crate::arrays::Doubles;
 use crate::simulation::contacts_table;
 use crate::{arrays, document, errors};
 
-/// The frames of a complete file, read one by one. What `Trajectory` is made of.
+/// Frames of a complete file, read one by one, for `Trajectory`.
 #[pyclass(name = "Recording", frozen, module = "pliant._pliant")]
 pub(crate) struct PyRecording {
     path: PathBuf,

@@ -66,34 +66,33 @@ fn drawn(path: &std::path::Path) -> Result<Image, DrawError> {
 
 #[pymethods]
 impl PySimulation {
-    /// The present state as a page that can be turned and asked, for notebooks and files; or a page in which
-    /// it runs.
+    /// Show the current state in a page with a movable camera, for notebooks and files, or run it live in a
+    /// page.
     ///
     /// Parameters
     /// ----------
     /// live : bool, default False
-    ///     Whether a copy of the simulation runs in the page, as in ``pliant live``: paced to real time, with
-    ///     sliders, and vertices that can be dragged. It is served by a thread of this process on loopback:
-    ///     the browser must be on the same machine.
+    ///     True to run a copy of the simulation in the page, as in ``pliant live``: paced to real time, with
+    ///     sliders, and vertices that can be dragged. A thread of this process serves it on loopback: the
+    ///     browser must be on the same machine.
     /// max_bytes : int, default 2000000
-    ///     Bytes of data in the page, before it is encoded; what does not fit is left out, and the page says
-    ///     so.
+    ///     Bytes of data in the page before encoding; data that do not fit are omitted, and the page says so.
     /// height : int, default 480
     ///     Height in a notebook [pixel].
     ///
     /// Returns
     /// -------
     /// View or LiveView
-    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` or, of one that is
-    ///     live, ``.open()`` elsewhere.
+    ///     View that a notebook shows as the last expression of a cell; elsewhere use
+    ///     ``.save("state.html")``, or ``.open()`` for a live one.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     A number is below 1; or the simulation has what no scene says (materials and forces of Python,
-    ///     added pins), and is to run live.
+    ///     A number is below 1; or a live view is requested of a simulation with parts that are not in its
+    ///     scene (materials and forces in Python, added pins).
     /// OSError
-    ///     No port can be listened at.
+    ///     No port is available.
     ///
     /// Examples
     /// --------

@@ -179,7 +179,7 @@ impl Problem {
         }
         match path.holder() {
             Some(holder) if json_schema::has_key(&holder, field) => {
-                problem.with_help(format!("it stands beside `{of}`: `{field} = ..` on a line of its own"))
+                problem.with_help(format!("it belongs next to `{of}`: `{field} = ..` on a line of its own"))
             }
             _ => problem.with_help("leave it out; `pliant schema` has all keys"),
         }

@@ -168,7 +168,7 @@ fn set(node: TableOrList<'_>, path: &KeyPath, depth: usize, value: Value) -> Res
         }
         (TableOrList::Table(table), KeySegment::Index(_)) => {
             let names: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
-            Err(nowhere(path, depth, "a table, which has no numbers", &names))
+            Err(nowhere(path, depth, "a table, whose keys are names", &names))
         }
         (TableOrList::List(list), KeySegment::Key(_)) => Err(not_a_key(path, depth, list.len())),
         (TableOrList::Tables(tables), KeySegment::Key(_)) => Err(not_a_key(path, depth, tables.len())),
@@ -188,7 +188,7 @@ fn below_value(old: &mut Value, path: &KeyPath, depth: usize, value: Value) -> R
     match old {
         Value::InlineTable(table) => set(TableOrList::Table(table), path, depth + 1, value),
         Value::Array(list) => set(TableOrList::List(list), path, depth + 1, value),
-        scalar => Err(nowhere(path, depth + 1, &format!("a value ({})", scalar.type_name()), &[])),
+        scalar => Err(nowhere(path, depth + 1, &format!("a single value ({})", scalar.type_name()), &[])),
     }
 }
 
@@ -220,7 +220,7 @@ fn nowhere(path: &KeyPath, depth: usize, what: &str, names: &[String]) -> Fault 
         0 => "the scene".to_owned(),
         _ => format!("`{}`", holder(path, depth)),
     };
-    let message = format!("`{path}` leads nowhere: {holder} is {what}");
+    let message = format!("no key `{path}`: {holder} is {what}");
     let mut problem = Problem::new(ProblemKind::Override, path.clone(), message);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     if !names.is_empty() {
@@ -242,7 +242,7 @@ fn out_of_range(path: &KeyPath, depth: usize, index: usize, length: usize) -> Fa
 
 fn not_a_key(path: &KeyPath, depth: usize, length: usize) -> Fault {
     let list = holder(path, depth);
-    let message = format!("`{path}` leads nowhere: `{list}` is a list of {length}");
+    let message = format!("no key `{path}`: `{list}` is a list of {length}");
     Box::new(
         Problem::new(ProblemKind::Override, path.clone(), message)
             .with_help(format!("name an entry by its number, from 0: `{list}.0`")),

@@ -29,8 +29,8 @@ pub(super) fn problem(form: TextForm, path: &KeyPath, text: &str) -> Option<Prob
             ", or a formula of the time t [s] such as \"2 * sin(pi * t)\""
         }
         TextForm::Formula(..) => {
-            ", or a formula of the time t [s] and the place at rest X, Y, Z [m] such as \"2 * X * sin(pi * \
-             t)\""
+            ", or a formula of the time t [s] and the reference position X, Y, Z [m] such as \"2 * X * \
+             sin(pi * t)\""
         }
         _ => "",
     };

@@ -216,7 +216,7 @@ fn what_is_not_linear_is_said() {
     let moved = "pin = [{ vertices = [0], motion = { velocity = [1.0, 0.0] } }]";
     assert!(not_linear(block(2, "", moved)).contains("moves"));
     let ends = "pin = [{ vertices = [0], until = 0.5 }]";
-    assert!(not_linear(block(2, "", ends)).contains("lets go at 0.5 s"));
+    assert!(not_linear(block(2, "", ends)).contains("is released at 0.5 s"));
     let followed = "load = [{ half_space = { normal = [-1.0, 0.0], offset = -0.3 }, pressure = 10.0 }]";
     assert!(not_linear(block(2, "", followed)).contains("follows the body"));
 

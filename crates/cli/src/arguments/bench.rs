@@ -13,7 +13,7 @@ pub(crate) struct BenchArguments {
     /// Number of threads [default: one; two as well where threads are compared]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU16>,
-    /// The smallest size of each row, briefly: a first look
+    /// Measure only the smallest size of each row, briefly
     #[arg(long)]
     pub(crate) quick: bool,
 }

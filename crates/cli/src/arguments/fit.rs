@@ -10,13 +10,13 @@ use pliant::quantity::{Kind, Quantity};
 /// `pliant fit`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct FitArguments {
-    /// Scene file (TOML); its values are where the fit starts
+    /// Scene file (TOML); the fit starts from its values
     pub(crate) scene: PathBuf,
-    /// Measurements (CSV): of probes over `time`, of `uniaxial`, `equibiaxial`, `pure-shear` over `stretch`,
-    /// `strain` or `displacement`, or `frequency` by `mode`
+    /// Measurements (CSV): probes over `time`; `uniaxial`, `equibiaxial` or `pure-shear` over `stretch`,
+    /// `strain` or `displacement`; or `frequency` over `mode`
     #[arg(long, value_name = "FILE")]
     pub(crate) to: PathBuf,
-    /// What to fit, for example body.0.elastic.young,body.0.elastic.poisson
+    /// Parameters to fit, for example body.0.elastic.young,body.0.elastic.poisson
     #[arg(long, value_name = "KEY,...", value_delimiter = ',', required = true)]
     pub(crate) parameters: Vec<String>,
     /// Change a value of the scene first, for example body.0.elastic.young=1e5; repeatable
@@ -25,25 +25,25 @@ pub(crate) struct FitArguments {
     /// Keep a parameter between two values, for example body.0.elastic.poisson=0..0.49; repeatable
     #[arg(long, value_name = "KEY=LOW..HIGH", allow_hyphen_values = true)]
     pub(crate) bounds: Vec<KeyBounds>,
-    /// Start from so many places, the scene's and random ones, and keep the best
+    /// Number of starting points, the scene's and random ones; the best fit is kept
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) starts: NonZeroU32,
-    /// Seed of the random places
+    /// Seed of the random starting points
     #[arg(long, value_name = "SEED", default_value = "0")]
     pub(crate) seed: u64,
-    /// The columns of a trajectory that count [default: all]
+    /// Columns of a trajectory to fit [default: all]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) columns: Vec<String>,
-    /// Length at rest of the piece whose `displacement` was measured, for example 20mm
+    /// Reference length of the specimen whose `displacement` was measured, for example 20mm
     #[arg(long, value_name = "LENGTH", value_parser = |text: &str| positive(text, Kind::LENGTH))]
     pub(crate) length: Option<f64>,
-    /// Area at rest that a measured force acts on, for example 4mm^2
+    /// Reference cross-section under a measured force, for example 4mm^2
     #[arg(long, value_name = "AREA", value_parser = |text: &str| positive(text, Kind::AREA))]
     pub(crate) area: Option<f64>,
-    /// Also draw fit and residuals (.svg)
+    /// Also plot fit and residuals (.svg)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Also write the scene with the values found (.toml)
+    /// Also write the scene with the fitted values (.toml)
     #[arg(long, value_name = "FILE")]
     pub(crate) fitted: Option<PathBuf>,
     /// Replace files that exist
@@ -64,9 +64,9 @@ impl FromStr for KeyBounds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<KeyBounds, String> {
-        let form = "it is KEY=LOW..HIGH, like body.0.elastic.young=\"10 kPa..1 MPa\"";
-        let (key, ends) = text.split_once('=').ok_or_else(|| format!("it names no bounds; {form}"))?;
-        let (low, high) = ends.split_once("..").ok_or_else(|| format!("`{ends}` are no bounds; {form}"))?;
+        let form = "write KEY=LOW..HIGH, like body.0.elastic.young=\"10 kPa..1 MPa\"";
+        let (key, ends) = text.split_once('=').ok_or_else(|| format!("bounds are missing; {form}"))?;
+        let (low, high) = ends.split_once("..").ok_or_else(|| format!("`{ends}` are not bounds; {form}"))?;
         let end = |word: &str| match word.parse::<Quantity>() {
             Ok(quantity) => Ok(quantity.value),
             Err(error) => Err(format!("{error}; {form}")),

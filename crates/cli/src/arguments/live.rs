@@ -13,22 +13,22 @@ pub(crate) struct LiveArguments {
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Address to listen at, in place of this machine's loopback
+    /// Address to listen on, instead of this machine's loopback
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", hide_default_value = true)]
     pub(crate) bind: IpAddr,
-    /// Port to listen at; by default a random one
+    /// Port to listen on; by default a random one
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     pub(crate) port: u16,
     /// Print the address without opening it
     #[arg(long)]
     pub(crate) no_open: bool,
-    /// Simulated seconds a second, or `max`
+    /// Simulated seconds per second, or `max`
     #[arg(long, default_value = "1", value_parser = speed)]
     pub(crate) speed: Speed,
-    /// Begin paused
+    /// Start paused
     #[arg(long)]
     pub(crate) paused: bool,
-    /// Record from the start on, to a file below the working folder
+    /// Record from the start, to a file below the working folder
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 }

@@ -16,16 +16,16 @@ pub(crate) struct ModesArguments {
     /// Change a value of the scene, for example body.0.order=2; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
-    /// How many modes, from the lowest on
+    /// Number of modes, from the lowest
     #[arg(long, value_name = "N", default_value = "10")]
     pub(crate) count: NonZeroU16,
-    /// Find the static equilibrium under the loads first, and vibrate about it (prestress)
+    /// Linearise about the static equilibrium under the loads (prestress)
     #[arg(long)]
     pub(crate) equilibrium: bool,
-    /// Record the shapes, one mode after the other, as an animation (.mcap)
+    /// Record the mode shapes, one after the other, as an animation (.mcap)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// How far the shapes swing in the animation, as a part of the size of the scene
+    /// Amplitude of the animation, as a fraction of the size of the scene
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share, requires = "output")]
     pub(crate) amplitude: f64,
     /// Replace files that exist
@@ -39,31 +39,31 @@ pub(crate) struct ModesArguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Sound")]
 pub(crate) struct SoundArguments {
-    /// Write what is heard when the body is struck (.wav, 48 kHz)
+    /// Write the sound of an impact on the body (.wav, 48 kHz)
     #[arg(long, value_name = "FILE", requires = "strike", requires = "direction")]
     pub(crate) sound: Option<PathBuf>,
-    /// Where it is struck: a vertex (12), or the vertex nearest to a point at rest (0.1,0,0.2)
+    /// Point of impact: a vertex (12), or the vertex nearest to a reference position (0.1,0,0.2)
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
     pub(crate) strike: Option<VertexChoice>,
-    /// The direction of the blow (0,0,-1)
+    /// Direction of the impact (0,0,-1)
     #[arg(
         long, value_name = "X,Y,Z", requires = "sound", allow_hyphen_values = true,
         value_parser = NumberList::from_str
     )]
     pub(crate) direction: Option<NumberList>,
-    /// What is listened to [default: where it is struck]
+    /// Vertex whose motion is heard [default: the point of impact]
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
     pub(crate) listen: Option<VertexChoice>,
     /// Damping alpha M + beta K [1/s, s] of the sound, instead of the scene's
     #[arg(long, value_name = "ALPHA,BETA", requires = "sound", value_parser = rayleigh)]
     pub(crate) rayleigh: Option<(f64, f64)>,
-    /// How long
+    /// Length of the sound
     #[arg(
         long, value_name = "SECONDS", default_value = "3", requires = "sound",
         value_parser = positive_seconds
     )]
     pub(crate) seconds: f64,
-    /// Bits of a sample: 16 or 24
+    /// Bits per sample: 16 or 24
     #[arg(long, value_name = "BITS", default_value = "16", requires = "sound", value_parser = bits)]
     pub(crate) bits: u16,
 }
@@ -78,7 +78,7 @@ impl FromStr for NumberList {
     fn from_str(text: &str) -> Result<NumberList, String> {
         let number = |word: &str| match word.trim().parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(format!("`{word}` is no number; it must be like 0,0,-1")),
+            _ => Err(format!("`{word}` is not a number; it must be like 0,0,-1")),
         };
         text.split(',').map(number).collect::<Result<_, _>>().map(NumberList)
     }
@@ -100,11 +100,9 @@ impl FromStr for VertexChoice {
         if text.contains(',') {
             return text.parse::<NumberList>().map(|numbers| VertexChoice::Point(numbers.0));
         }
-        text.parse().map(VertexChoice::Vertex).map_err(|_| {
-            format!(
-                "`{text}` is no place: a vertex is a whole number from 0, like 12, a point is like 0.1,0,0.2"
-            )
-        })
+        text.parse()
+            .map(VertexChoice::Vertex)
+            .map_err(|_| format!("`{text}` is neither a vertex, like 12, nor a point, like 0.1,0,0.2"))
     }
 }
 

@@ -17,16 +17,16 @@ pub(crate) struct RenderArguments {
     /// Picture: .png, .gif or .svg
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// The frame nearest to this time, alone [default: the last frame for .png and .svg, an animation else]
+    /// Draw only the frame nearest to this time [default: .png and .svg: the last frame; else an animation]
     #[arg(long, value_name = "TIME", value_parser = moment, conflicts_with = "frames")]
     pub(crate) at: Option<f64>,
-    /// How many frames, evenly spread: side by side in a .png, one after the other in an animation
+    /// Number of evenly spaced frames: side by side in a .png, one after the other in an animation
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<NonZeroU16>,
-    /// Frames a second of an animation, which takes as long as the motion [default: 20]
+    /// Frames per second of an animation, which plays in real time [default: 20]
     #[arg(long, value_name = "N")]
     pub(crate) fps: Option<NonZeroU16>,
-    /// How much faster than the motion an animation is, for example 0.25
+    /// Speed of an animation relative to real time, for example 0.25
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = positive_seconds)]
     pub(crate) speed: f64,
     /// Width and height in pixels [default: 960x720, animations 480x360, frames side by side 480x360 each]
@@ -35,22 +35,22 @@ pub(crate) struct RenderArguments {
     /// Colours: body, speed, displacement, or a recorded measure of elements
     #[arg(long, value_name = "NAME", default_value = "body")]
     pub(crate) colour_by: String,
-    /// Numbers at the ends of the colour scale [default: the least and the largest that occur]
+    /// Limits of the colour scale [default: smallest and largest value]
     #[arg(long, value_name = "A,B", allow_hyphen_values = true)]
     pub(crate) range: Option<ValueRange>,
-    /// Turn from the front towards +x and height above the horizon in degrees, and magnification
+    /// Angle from the front towards +x, angle above the horizon [degrees], and magnification
     #[arg(long, value_name = "AZIMUTH,ELEVATION[,ZOOM]", allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraArgument>,
-    /// What the camera is fitted to: auto, all frames, the first, or the largest, following the bodies
+    /// Frames that the camera fits: auto, all, first, or follow (the largest, following the bodies)
     #[arg(long, value_name = "WHAT", default_value = "auto", hide_possible_values = true)]
     pub(crate) fit: FitArgument,
-    /// Leave the background out
+    /// Transparent background
     #[arg(long)]
     pub(crate) transparent: bool,
-    /// light or dark
+    /// Theme: light or dark
     #[arg(long, value_name = "THEME", default_value = "light", hide_possible_values = true)]
     pub(crate) theme: ThemeArgument,
-    /// No title, time or colour scale
+    /// Draw no title, time or colour scale
     #[arg(long)]
     pub(crate) bare: bool,
     /// Replace the picture if it exists
@@ -173,16 +173,16 @@ fn moment(text: &str) -> Result<f64, String> {
 /// `pliant plot`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct PlotArguments {
-    /// Recordings (.mcap); of several the lines of all in one chart, of energies the total ones
+    /// Recordings (.mcap); several share one chart, with total energies only
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Chart: .svg or .png [default: in the terminal]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// energy, balance, momentum, angular-momentum, min-J, reactions or probes
+    /// Quantity: energy, balance, momentum, angular-momentum, min-J, reactions or probes
     #[arg(long, value_name = "NAME", default_value = "energy", hide_possible_values = true)]
     pub(crate) quantity: QuantityArgument,
-    /// light or dark, for .png
+    /// Theme of a .png: light or dark
     #[arg(long, value_name = "THEME", default_value = "light", hide_possible_values = true)]
     pub(crate) theme: ThemeArgument,
     /// Replace the chart if it exists
@@ -216,7 +216,7 @@ pub(crate) struct GalleryArguments {
     /// Folder of scenes, or single scenes
     #[arg(value_name = "SCENES", default_value = "scenes")]
     pub(crate) scenes: Vec<PathBuf>,
-    /// The page; its pictures are in a folder beside it
+    /// Page; its pictures go into a folder next to it
     #[arg(short, long, value_name = "FILE", default_value = "docs/gallery.md")]
     pub(crate) output: PathBuf,
     /// Frames of each animation
@@ -225,7 +225,7 @@ pub(crate) struct GalleryArguments {
     /// Width and height of the animations in pixels
     #[arg(long, value_name = "WxH", default_value = "240x180")]
     pub(crate) size: PictureSize,
-    /// Recordings that are there: FOLDER/NAME.mcap of the scene NAME.toml is not simulated again
+    /// Folder of existing recordings: FOLDER/NAME.mcap is used instead of simulating NAME.toml
     #[arg(long, value_name = "FOLDER")]
     pub(crate) recordings: Option<PathBuf>,
     /// Replace pages and pictures that exist

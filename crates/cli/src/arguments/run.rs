@@ -21,9 +21,9 @@ pub(crate) struct RunArguments {
     /// Also write the readings of the scene's probes as a table of comma-separated values
     #[arg(long, value_name = "FILE")]
     pub(crate) probes: Option<PathBuf>,
-    /// Also estimate the errors of these quantities by mesh, step and solver, from a few coarser and finer
-    /// runs: tip.y, "tip.y max", left.force.x, energy.elastic, separated by commas; of all probes without
-    /// names. The mesh of the scene needs numbers of cells that 4 divides
+    /// Also estimate the errors by mesh, step and solver of these quantities, separated by commas: tip.y,
+    /// "tip.y max", left.force.x, energy.elastic [default: all probes]. This takes a few coarser and finer
+    /// runs; the mesh's numbers of cells must be divisible by 4
     #[arg(
         long,
         value_name = "QUANTITIES",
@@ -33,7 +33,7 @@ pub(crate) struct RunArguments {
         value_delimiter = ','
     )]
     pub(crate) errors: Option<Vec<String>>,
-    /// Look at the recording in the browser when the run has ended, as `pliant view` does
+    /// Open the recording in the browser when the run has ended, as `pliant view` does
     #[arg(long, conflicts_with = "no_record")]
     pub(crate) view: bool,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub(crate) struct RunArguments {
 /// Options of a run, begun or resumed.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct RunOptions {
-    /// Where to record; by default the name of the scene with .mcap, in the working directory
+    /// Recording [default: the name of the scene with .mcap, in the working directory]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the output if it exists
@@ -58,8 +58,8 @@ pub(crate) struct RunOptions {
     /// Simulate without recording
     #[arg(long, conflicts_with = "output")]
     pub(crate) no_record: bool,
-    /// Keep a checkpoint, at most so often (60s, "5 min"), at the end and on Ctrl-C: `pliant resume` goes on
-    /// from it with the same bits. It is beside the recording, with .checkpoint in place of .mcap
+    /// Write a checkpoint at most this often (60s, "5 min"), at the end and on Ctrl-C: `pliant resume`
+    /// continues from it, bit-identically. It is next to the recording, with .checkpoint in place of .mcap
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) checkpoint: Option<f64>,
 }

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 /// `pliant schema`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SchemaArguments {
-    /// json: the JSON schema; markdown: the reference page
+    /// Format: json (the JSON schema) or markdown (the reference page)
     #[arg(long, value_name = "FORMAT", default_value = "json", hide_possible_values = true)]
     pub(crate) format: SchemaFormat,
 }

@@ -8,7 +8,7 @@ use clap_complete::Shell;
 /// `pliant completions`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CompletionsArguments {
-    /// bash, zsh, fish, powershell or elvish
+    /// Shell: bash, zsh, fish, powershell or elvish
     #[arg(value_name = "SHELL", hide_possible_values = true)]
     pub(crate) shell: Shell,
 }
@@ -16,7 +16,7 @@ pub(crate) struct CompletionsArguments {
 /// `pliant man`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ManArguments {
-    /// Folder for a page of every command [default: the first page on standard output]
+    /// Folder for a page of each command [default: print the main page]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
     /// Replace pages that exist

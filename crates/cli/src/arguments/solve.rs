@@ -9,12 +9,12 @@ use super::values::time_span;
 /// `pliant solve`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SolveArguments {
-    /// Scene file (TOML); its [accuracy] says what is wanted, unless told otherwise here
+    /// Scene file (TOML); its [accuracy] sets accuracy and quantity, unless options do
     pub(crate) scene: PathBuf,
-    /// The largest error of the quantity: "1 %" of its largest magnitude over time, or with a unit, "0.1 mm"
+    /// Largest error of the quantity: "1 %" of its largest magnitude over time, or with a unit, "0.1 mm"
     #[arg(long, value_name = "ERROR", requires = "of")]
     pub(crate) accuracy: Option<String>,
-    /// The quantity, for example tip.y or "left.force.x mean"
+    /// Quantity, for example tip.y or "left.force.x mean"
     #[arg(long, value_name = "NAME", requires = "accuracy")]
     pub(crate) of: Option<String>,
     /// Change a value of the scene, for example time.duration=1; repeatable

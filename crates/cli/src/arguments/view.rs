@@ -9,7 +9,7 @@ use clap::Args;
 pub(crate) struct ViewArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
-    /// Where to write the page; by default beside the recording, with .html in place of .mcap
+    /// Page [default: next to the recording, with .html in place of .mcap]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the page if it exists

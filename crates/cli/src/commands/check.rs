@@ -2,6 +2,7 @@
 
 use pliant::available_memory;
 use pliant::energy::nbody::ForceError;
+use pliant::quantity::{Rounded, Seconds};
 use pliant_mesh::{BlockCount, Cleaned, Contents, SurfaceReport};
 use pliant_scene::assembly::{Assembly, BodyReport, Report, UnstableStep};
 use serde_json::json;
@@ -11,7 +12,7 @@ use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::recording;
 use crate::terminal::Terminal;
-use crate::text::{bytes, count, counted, number, table, wrap};
+use crate::text::{bytes, count, counted, number, percent, table, wrap};
 
 pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
@@ -102,7 +103,7 @@ pub(crate) fn describe(input: &Input, assembly: &Assembly, width: usize) -> Stri
     line(
         "problem",
         format!(
-            "{}D, {}, {} free coordinates, {} kg, {} m",
+            "{}D, {}, {} unknowns, {} kg, {} m",
             report.dimension,
             counted(report.vertices as u64, "vertex", "vertices"),
             count(report.free_coordinates as u64),
@@ -122,7 +123,7 @@ pub(crate) fn describe(input: &Input, assembly: &Assembly, width: usize) -> Stri
     out += &meshes(report, width);
     let step = Some(report.step).filter(|_| report.steps.is_some());
     let of_contact = report.contact.as_ref().map_or(vec![], |contact| contact.facts(step));
-    let lists = [("contact", &of_contact), ("uses", &report.uses), ("left out", &report.left_out)];
+    let lists = [("contact", &of_contact), ("uses", &report.uses), ("inactive", &report.left_out)];
     for (title, entries) in lists.into_iter().filter(|(_, entries)| !entries.is_empty()) {
         out += &format!("\n{title}\n");
         for entry in entries {
@@ -166,22 +167,18 @@ fn contents(mesh: &Contents) -> String {
     let mut parts = vec![format!(
         "{}{} in {}",
         kinds.join(" and "),
-        if sides.is_empty() {
-            String::new()
-        } else {
-            format!(" ({} beside them for groups)", sides.join(", "))
-        },
+        if sides.is_empty() { String::new() } else { format!(" ({} for groups)", sides.join(", ")) },
         counted(mesh.pieces as u64, "piece", "unconnected pieces")
     )];
     if mesh.coincident_vertices > 0 {
         let places = counted(mesh.coincident_vertices as u64, "vertex", "vertices");
-        parts.push(format!("{places} at the place of another, unjoined (`merge` joins them in a file)"));
+        parts.push(format!("{places} at the position of another, not joined (`merge` joins them in a file)"));
     }
     parts.extend(mesh.cleaned.iter().map(cleaned));
     // Of two steps that remove vertices the later one counts in the numbers that the earlier one left: the
     // least is right.
     if let Some(first) = mesh.cleaned.iter().filter_map(|step| step.first_vertex).min() {
-        parts.push(format!("numbers of vertices from {} on are not those of the file", count(first as u64)));
+        parts.push(format!("vertices from {} on are renumbered", count(first as u64)));
     }
     parts.join("; ")
 }
@@ -213,12 +210,12 @@ fn cleaned(step: &Cleaned) -> String {
 
 /// The scheme and its steps.
 fn steps(report: &Report) -> String {
-    let (integrator, step) = (report.integrator, number(report.step));
+    let (integrator, step) = (report.integrator, Seconds(report.step));
     match report.steps {
         Some(steps) => {
-            format!("{integrator} with a step of {step} s: {}", counted(steps, "step", "steps"))
+            format!("{integrator} with a step of {step}: {}", counted(steps, "step", "steps"))
         }
-        None => format!("{integrator} with steps that follow the error, the first of {step} s"),
+        None => format!("{integrator} with an adaptive step size, the first step {step}"),
     }
 }
 
@@ -226,10 +223,10 @@ fn steps(report: &Report) -> String {
 fn walls(report: &Report) -> &'static str {
     match (report.walls, report.is_implicit) {
         (0, _) => "",
-        (_, false) => "; walls are left out of this",
+        (_, false) => "; walls are not included",
         (_, true) => {
-            "; walls are left out of this: a step is solved without them, and vertices are put back after \
-             it, which can add energy"
+            "; walls are not included: a step is solved without them, and vertices behind them are then \
+             moved back, which can add energy"
         }
     }
 }
@@ -237,48 +234,48 @@ fn walls(report: &Report) -> &'static str {
 fn stability(report: &Report) -> String {
     let Some(limit) = &report.stability else {
         return match report.step_control {
-            Some(_) if report.is_static => "increments are as large as they can be solved".into(),
-            Some(_) => "step sizes follow the error".into(),
-            None => "the scheme is stable at any step on a linear system".into(),
+            Some(_) if report.is_static => "automatic increments: no limit is needed".into(),
+            Some(_) => "adaptive step size: no limit is needed".into(),
+            None => "stable at any step on a linear system".into(),
         };
     };
     if limit.frequency > 0.0 && !limit.step.is_finite() {
         return format!(
-            "any step is stable on a linear system; the fastest motion has {} rad/s, {} rad a step",
+            "stable at any step on a linear system; highest natural frequency {} rad/s, {} rad per step",
             number(limit.frequency),
             number(limit.frequency * report.step)
         );
     }
     if !limit.step.is_finite() {
-        return "nothing oscillates at the start: no limit on the step".into();
+        return "no oscillation about the initial state: no limit on the step".into();
     }
     let ratio = report.step / limit.step;
-    let mut fastest = format!("the fastest motion has {} rad/s", number(limit.frequency));
+    let mut fastest = format!("highest natural frequency {} rad/s", number(limit.frequency));
     if limit.damping > 0.0 {
-        fastest += &format!(", damping slows motion at up to {} 1/s", number(limit.damping));
+        fastest += &format!(", damping rate up to {} 1/s", number(limit.damping));
     }
     let what = if limit.grows_at_any_step {
         format!(
-            "{} gains energy at any step; with steps of {} s the fastest motion would double by the end",
+            "{} gains energy at any step; at {} its highest mode would double by the end",
             report.integrator,
-            number(limit.step)
+            Seconds(limit.step)
         )
     } else {
-        format!("steps up to {} s are stable", number(limit.step))
+        format!("steps up to {} are stable", Seconds(limit.step))
     };
     let verdict = if report.step_control.is_some() {
-        "the error keeps them below".to_owned()
+        "the error control keeps them below".to_owned()
     } else if ratio > 1.0 {
-        format!("the step is UNSTABLE, {} times that", number(ratio))
+        format!("your step is UNSTABLE, {} times that", Rounded::<3>(ratio))
     } else {
-        format!("the step is {}% of that", number(100.0 * ratio))
+        format!("your step is {} of that", percent(ratio))
     };
     format!("{fastest}; {what}; {verdict}")
 }
 
 fn tree(error: &ForceError) -> String {
     format!(
-        "forces of the tree at the start, of {} against the sum over all pairs: relative error {} (rms), {} \
+        "forces of the tree at the start, for {} against the sum over all pairs: relative error {} (rms), {} \
          (largest)",
         counted(error.samples as u64, "particle", "particles"),
         number(error.relative_rms),

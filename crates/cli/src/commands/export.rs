@@ -227,7 +227,7 @@ impl ExportPlan {
             Failure::unless_file(path)?;
             if path.exists() && !force {
                 let message =
-                    format!("{} exists; name another place, or replace it with `--force`", path.display());
+                    format!("{} exists; choose another path, or replace it with `--force`", path.display());
                 return Err(Failure::usage(message));
             }
         }

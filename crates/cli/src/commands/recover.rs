@@ -31,7 +31,7 @@ pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Resul
         recovered.path.display(),
     ))?;
     for damage in &recovered.skipped {
-        terminal.warn(&format!("damaged and left out: {damage}"));
+        terminal.warn(&format!("damaged, not recovered: {damage}"));
     }
     terminal.document(&json!({ "status": ExitStatus::Done, "recovered": recovered }))?;
     Ok(ExitStatus::Done)

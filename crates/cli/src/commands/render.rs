@@ -109,7 +109,7 @@ fn cannot_write(error: &PictureError) -> Failure {
 pub(super) fn refuse_existing(path: &Path, force: bool) -> Result<(), Failure> {
     Failure::unless_file(path)?;
     if path.exists() && !force {
-        let message = format!("{} exists; name another place, or replace it with `--force`", path.display());
+        let message = format!("{} exists; choose another path, or replace it with `--force`", path.display());
         return Err(Failure::usage(message));
     }
     Ok(())

@@ -130,7 +130,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     terminal.document(&document(status, &results))?;
     if !interrupted && results.len() < count {
         let left_out = counted((count - results.len()) as u64, "case was", "cases were");
-        terminal.warn(&format!("the time was over: {left_out} left out; give more by --budget"));
+        terminal.warn(&format!("the time budget is used up: {left_out} omitted; increase --budget"));
     }
     if interrupted {
         let (done, count) = (counted(results.len() as u64, "case", "cases"), count);

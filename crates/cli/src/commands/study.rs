@@ -210,7 +210,7 @@ fn describe(study: &Results, width: usize) -> String {
         }
     }
     for refused in &study.refused {
-        out += &format!("left out: {}: {}\n", refused.integrator, refused.reason);
+        out += &format!("omitted: {}: {}\n", refused.integrator, refused.reason);
     }
     for advice in study.recommendations() {
         let of =

@@ -187,7 +187,7 @@ pub struct ObstructedMotion {
 fn in_words(j: f64) -> String {
     match j.is_finite() {
         true => format!("J = {}", Rounded::<7>(j)),
-        false => "a J beyond all numbers".into(),
+        false => "a J that is not finite".into(),
     }
 }
 
@@ -208,9 +208,9 @@ impl std::fmt::Display for Fault {
             Fault::Sheet { body, element, stretch } => {
                 write!(
                     f,
-                    "element {element} of `{body}` is stretched {stretch} times, beyond which its material \
-                     gets so thin that it bears no load: sheets of `stvk` and `corotated` do, those of \
-                     `neo-hookean` and `stable-neo-hookean` bear any stretch",
+                    "element {element} of `{body}` is stretched {stretch} times, and its material becomes so \
+                     thin there that it withstands no load; membranes of `neo-hookean` and \
+                     `stable-neo-hookean` withstand any stretch",
                     stretch = Rounded::<4>(*stretch)
                 )
             }
@@ -231,15 +231,15 @@ impl std::fmt::Display for Fault {
             Fault::Obstructed(motion) => {
                 let ObstructedMotion { pin, pair, behind } = &**motion;
                 if let Some(pin) = pin {
-                    write!(f, "the motion of pin `{pin}` cannot go on: ")?;
+                    write!(f, "the motion of pin `{pin}` is blocked: ")?;
                 }
-                write!(f, "{pair} are in each other's way")?;
+                write!(f, "{pair} block each other")?;
                 behind.as_ref().map_or(Ok(()), |behind| write!(f, ", and behind them {behind}"))
             }
-            Fault::Crossing { pair } => write!(f, "{pair} pass through each other on the way"),
-            Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
+            Fault::Crossing { pair } => write!(f, "{pair} cross during the step"),
+            Fault::Way { term } => write!(f, "{term} does not allow the straight path of the step"),
             Fault::Pair { first, second } => {
-                write!(f, "vertices {first} and {second} attract each other from the same place")
+                write!(f, "vertices {first} and {second} attract each other at the same position")
             }
         }
     }

@@ -53,8 +53,8 @@ impl Bdf2Parameters {
         Method {
             documentation: Documentation {
                 name: "bdf2",
-                summary: "Backward differentiation of order 2: one solve a step, damps fast motion out; \
-                          keeps the last state",
+                summary: "Backward differentiation of order 2: one solve a step, L-stable; keeps the last \
+                          state",
                 order: 2,
                 force_evaluations: 0,
                 solves: 1,

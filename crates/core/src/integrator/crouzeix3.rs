@@ -9,7 +9,7 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "crouzeix3",
-        summary: "Third order, two solves, damps fast motion only mildly: for comparison",
+        summary: "Third order, two solves, damps high frequencies only mildly: for comparison",
         order: 3,
         force_evaluations: 0,
         solves: 2,

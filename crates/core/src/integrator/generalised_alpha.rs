@@ -35,8 +35,7 @@ impl GeneralisedAlphaParameters {
         Method {
             documentation: Documentation {
                 name: "generalised-alpha",
-                summary: "Second order, one solve a step, damps fast motion as much as `rho` says and slow \
-                          motion little",
+                summary: "Second order, one solve a step, damps high frequencies by `rho`, low ones little",
                 order: 2,
                 force_evaluations: 0,
                 solves: 1,
@@ -61,7 +60,7 @@ impl GeneralisedAlphaParameters {
     /// [`BadParameter`] if `rho` is not between 0 and 1.
     pub fn check(&self) -> Result<(), BadParameter> {
         if !KeyRange::FRACTION.contains(self.rho) {
-            let right = "between 0 (damps fast motion out at once) and 1 (damps nothing)";
+            let right = "between 0 (damps high frequencies at once) and 1 (damps nothing)";
             return Err(BadParameter { name: "rho", value: self.rho, right });
         }
         Ok(())

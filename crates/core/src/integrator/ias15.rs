@@ -50,7 +50,7 @@ impl Ias15Parameters {
         Err(BadParameter {
             name: "epsilon",
             value: self.epsilon,
-            right: "above 0 and below 1: 1e-9 is accurate to rounding",
+            right: "above 0 and below 1: 1e-9 is accurate to round-off",
         })
     }
 
@@ -59,14 +59,14 @@ impl Ias15Parameters {
         Method {
             documentation: Documentation {
                 name: "ias15",
-                summary: "Gauss-Radau method of order 15 with steps of its own choice: orbits and close \
-                          encounters to rounding",
+                summary: "Gauss-Radau method of order 15 with its own step size control: orbits and close \
+                          encounters to round-off",
                 order: 15,
                 force_evaluations: 0,
                 solves: 0,
                 stability_limit: 0.0,
                 symplectic: false,
-                conserves: "energy and angular momentum to rounding, where its steps are its own",
+                conserves: "energy and angular momentum to round-off, if it chooses its own steps",
                 source: "Rein, Spiegel 2015, IAS15: a fast, adaptive, high-order integrator for \
                          gravitational dynamics, MNRAS 446, 1424",
             },

@@ -6,7 +6,7 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "radau-iia2",
-        summary: "Third order, damps fast motion out, keeps order on stiff problems; one coupled solve of \
+        summary: "Third order, L-stable, keeps its order on stiff problems; one coupled solve of \
                   two stages",
         order: 3,
         force_evaluations: 0,

@@ -6,7 +6,7 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "radau-iia3",
-        summary: "Fifth order, damps fast motion out: for accurate solutions of stiff problems; one coupled \
+        summary: "Fifth order, L-stable: for accurate solutions of stiff problems; one coupled \
                   solve of three stages",
         order: 5,
         force_evaluations: 0,

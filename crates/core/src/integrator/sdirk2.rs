@@ -16,7 +16,7 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk2",
-        summary: "Second order, two solves, damps fast motion out; loses order on stiff problems: for \
+        summary: "Second order, two solves, L-stable; loses order on stiff problems: for \
                   comparison",
         order: 2,
         force_evaluations: 0,

@@ -9,7 +9,7 @@ use super::{Documentation, Method, Scheme};
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "sdirk3",
-        summary: "Third order, three solves, damps fast motion out; loses order on stiff problems: for \
+        summary: "Third order, three solves, L-stable; loses order on stiff problems: for \
                   comparison",
         order: 3,
         force_evaluations: 0,

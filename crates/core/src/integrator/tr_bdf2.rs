@@ -25,7 +25,7 @@ pub(super) const TABLEAU: Tableau = Tableau {
 pub const METHOD: Method = Method {
     documentation: Documentation {
         name: "tr-bdf2",
-        summary: "Second order, damps fast motion out, keeps its order on stiff problems: the robust choice",
+        summary: "Second order, L-stable, keeps its order on stiff problems: the robust choice",
         order: 2,
         force_evaluations: 0,
         solves: 2,

@@ -77,15 +77,15 @@ pub struct Modes {
 pub enum ModesError {
     /// The current state is not a stable equilibrium.
     #[error(
-        "the scene starts where its stiffness is not positive: there are motions that grow instead of \
-         oscillating; start it in a stable equilibrium"
+        "the stiffness at the initial state is not positive definite: some motions grow instead of \
+         oscillating; start in a stable equilibrium"
     )]
     NotStable,
     /// Nothing in the scene has stiffness.
-    #[error("nothing in the scene has a stiffness: there is nothing that vibrates")]
+    #[error("nothing in the scene has a stiffness, so nothing can vibrate")]
     NoStiffness,
     /// An element is outside the domain of its material, or a factor does not fit memory.
-    #[error("the energy is not finite where the scene starts")]
+    #[error("the energy is not finite at the initial state")]
     NotFinite,
     /// Particles under mutual gravity have no equilibrium.
     #[error(
@@ -111,8 +111,7 @@ pub enum ModesError {
     },
     /// A dense eigenproblem would not fit memory.
     #[error(
-        "{free} coordinates are free to move, too many to find all modes (at most {most}): ask for the \
-         lowest ones"
+        "there are {free} unknowns, too many to find all modes (at most {most}): ask for the lowest ones"
     )]
     TooManyForAll {
         /// Number of free coordinates.
@@ -121,7 +120,7 @@ pub enum ModesError {
         most: usize,
     },
     /// More modes are requested than coordinates are free.
-    #[error("{asked} modes were asked for, and {free} coordinates are free to move")]
+    #[error("{asked} modes were asked for, but there are only {free} unknowns")]
     TooMany {
         /// Modes requested.
         asked: usize,

@@ -76,7 +76,7 @@ pub enum SoundError {
         count: usize,
     },
     /// The vertex cannot move along the strike.
-    #[error("vertex {vertex} is held: a blow along ({}) does not move \
+    #[error("vertex {vertex} is pinned: an impact along ({}) does not move \
              it", direction.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))]
     Held {
         /// Struck or listening vertex.

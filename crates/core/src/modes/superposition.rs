@@ -97,7 +97,7 @@ fn ensure_steady(system: &System) -> Result<(), ModesError> {
         return fail(format!("pin `{}` moves", hold.name()));
     }
     if let Some(hold) = system.constraints().iter().find(|hold| hold.end() < f64::INFINITY) {
-        return fail(format!("pin `{}` lets go at {} s", hold.name(), hold.end()));
+        return fail(format!("pin `{}` is released at {} s", hold.name(), hold.end()));
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Errors of failed steps, and their messages with advice.
 
 use crate::energy::Fault;
-use crate::quantity::{Rounded, counted};
+use crate::quantity::{Rounded, Seconds, counted};
 use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 
 /// Error of a failed step; the state is still the last valid one.
@@ -9,7 +9,7 @@ use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 pub enum StepError {
     /// A position, velocity or force is not finite.
     #[error(
-        "step {step} (t = {time} s) cannot be taken{}: {}{}",
+        "step {step} (t = {time} s) failed{}: {}{}",
         nor_in_parts(.retried.as_deref()), cause(.fault.as_deref(), .vertex),
         advice(
             .fault.as_deref(), smallest(*.step_size, .retried.as_deref()), *.stable_step,
@@ -65,13 +65,13 @@ pub enum StepError {
     },
     /// The required step size is below the smallest allowed one.
     #[error(
-        "{what} {step} (t = {time} s) cannot be taken: one of {step_size} s is still too large{}, and the \
-         smallest allowed is {smallest} s{}{}{}",
+        "{what} {step} (t = {time} s) failed: {step_size} is still too large{}, and the smallest allowed is \
+         {smallest}{}{}{}",
         still(*.error), why(.cause.as_deref()),
         left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)),
         beyond_limit(*.is_static),
         what = if *.is_static { "increment" } else { "step" },
-        step_size = Rounded::<4>(*.step_size), smallest = Rounded::<4>(*.smallest),
+        step_size = Seconds(*.step_size), smallest = Seconds(*.smallest),
         time = Rounded::<9>(*.time)
     )]
     StepTooSmall {
@@ -158,8 +158,8 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
     let said = |Retried { halvings, step_size, time }: &Retried| {
         let sizes = 2_u64.pow(*halvings);
         format!(
-            ", nor in parts down to 1/{sizes} of it, {step_size} s, the last at t = {time} s",
-            step_size = Rounded::<5>(*step_size),
+            ", even subdivided down to 1/{sizes}, {step_size}, the last part at t = {time} s",
+            step_size = Seconds(*step_size),
             time = Rounded::<9>(*time)
         )
     };
@@ -184,7 +184,7 @@ fn smallest(step_size: f64, retried: Option<&Retried>) -> f64 {
 fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
     match (is_implicit, retried) {
         (false, _) => "",
-        (true, None) => ", or `retries` in [time] solver, which take such steps in parts",
+        (true, None) => ", or `retries` in [time] solver, which subdivide failed steps",
         (true, Some(_)) => ", or more `retries` in [time] solver",
     }
 }
@@ -202,37 +202,36 @@ fn remedy(
             SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, \
                                        which is the load factor: `force = [\"0\", \"-10*t\"]`"
                 .into(),
-            SolveFailure::Singular => "hold every body by pins or attachments; at a point where paths \
-                                       branch a small load to one side, or a shape that is a little off, \
-                                       leads past it"
+            SolveFailure::Singular => "support every body by pins or attachments; at a bifurcation, add a \
+                                       small load to one side, or a small imperfection of the shape"
                 .into(),
-            _ => "no radius down to a millionth of the first one leads on: give a smaller `first` or \
-                  `largest` in [time] arc_length, or look what gives way there"
+            _ => "no radius down to a millionth of the first one converges: use a smaller `first` or \
+                  `largest` in [time] arc_length, or check what becomes unstable there"
                 .into(),
         };
     }
     if matches!(fault, Some(Fault::Sheet { .. })) {
-        return "take a material that bears more, or smaller loads".into();
+        return "use a material that withstands more stretch, or smaller loads".into();
     }
     if matches!(fault, Some(Fault::Material { .. })) {
         return AT_MATERIAL.into();
     }
     if statics.is_some() && verdict == SolveFailure::Indefinite {
-        return "statics has no inertia: hold every body by pins or attachments, or look what gives way \
-                there"
+        return "statics has no inertia: support every body by pins or attachments, or check what becomes \
+                unstable there"
             .into();
     }
     let half = 0.5 * smallest(step_size, retried);
-    let smaller = format!("a smaller step, {half} s{}", parts(true, retried), half = Rounded::<5>(half));
+    let smaller = format!("a smaller step, {}{}", Seconds(half), parts(true, retried));
     match verdict {
         SolveFailure::IterationCap => format!("allow more `iterations`, or try {smaller}"),
-        SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
+        SolveFailure::LinearSolver => format!("use `linear = \"cholesky\"`, or try {smaller}"),
         _ => format!("try {smaller}"),
     }
 }
 
 /// Advice if a user-defined material returns no number.
-const AT_MATERIAL: &str = "call its function with that deformation and look what it divides by";
+const AT_MATERIAL: &str = "evaluate its function at that deformation, and look for a division by zero";
 
 /// Describes iterations and last correction; empty if there was no iteration.
 fn iterations_taken(iterations: u32, correction: f64) -> String {
@@ -249,7 +248,7 @@ fn iterations_taken(iterations: u32, correction: f64) -> String {
 /// Describes the largest residual force of a static solve.
 fn left_over(left: Option<ForceLeft>) -> String {
     let said = |ForceLeft { force, vertex }| {
-        format!(", the largest force left {force} N at vertex {vertex}", force = Rounded::<4>(force))
+        format!(", largest residual force {force} N at vertex {vertex}", force = Rounded::<4>(force))
     };
     left.map_or(String::new(), said)
 }
@@ -257,8 +256,8 @@ fn left_over(left: Option<ForceLeft>) -> String {
 /// Advice if static increments become too small.
 fn beyond_limit(is_static: bool) -> &'static str {
     if is_static {
-        "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] \
-         in place of `adaptive` follows the path through it, dynamics with damping jumps to the next"
+        "; this may be a limit point, beyond which no equilibrium is near: `arc_length` in [time] instead \
+         of `adaptive` follows the path past it, dynamics with damping jumps to the next equilibrium"
     } else {
         ""
     }
@@ -266,17 +265,17 @@ fn beyond_limit(is_static: bool) -> &'static str {
 
 fn still(error: Option<f64>) -> String {
     error.map_or(String::new(), |error| {
-        format!(", its error {error} times what is allowed", error = Rounded::<3>(error))
+        format!(", its error {error} times the tolerance", error = Rounded::<3>(error))
     })
 }
 
 fn why(failure: Option<&StepFault>) -> String {
     match failure {
         None | Some(StepFault { fault: None, vertex: None, solve: None }) => {
-            "; allow larger errors by `tolerance`, or see what jumps there".into()
+            "; use a larger `tolerance`, or look for a discontinuity there".into()
         }
         Some(StepFault { solve: Some(SolveError { verdict, .. }), fault, .. }) => {
-            format!("; it was not solved: {verdict}{}", place(fault.as_ref()))
+            format!("; the solve failed: {verdict}{}", place(fault.as_ref()))
         }
         Some(StepFault { fault, vertex, .. }) => format!("; {}", cause(fault.as_ref(), vertex)),
     }
@@ -294,56 +293,55 @@ fn place(fault: Option<&Fault>) -> String {
     fault.map_or(String::new(), |fault| format!("; {fault}"))
 }
 
+/// A stability limit this many times the step says nothing about a failure.
+const FAR_ABOVE: f64 = 1e3;
+
 /// Advice for a step that is not finite.
 fn advice(fault: Option<&Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
     let half = 0.5 * step;
     let mut advice = match stable {
         Some(stable) if step > stable => {
-            format!(
-                "; a step of {step} s is above the stability limit: use at most {stable} s",
-                step = Rounded::<5>(step),
-                stable = Rounded::<5>(stable)
-            )
+            // Three digits may round up: stay below the limit.
+            let most = Seconds(0.99 * stable);
+            format!("; a step of {} is above the stability limit: use at most {most}", Seconds(step))
         }
-        Some(stable) if stable.is_finite() => format!(
-            "; the step is below the limit of small motion about the start, {stable} s: large deformation, \
-             contact, loads or masses that come near can allow less on the way: try a smaller step, {half} s",
-            stable = Rounded::<5>(stable),
-            half = Rounded::<5>(half)
+        Some(stable) if stable < FAR_ABOVE * step => format!(
+            "; the step is below the stability limit of the linearised equations, {}, but large \
+             deformation, contact, loads or close masses can require less: try a smaller step, {}",
+            Seconds(stable),
+            Seconds(half)
         ),
-        _ => format!("; try a smaller step, {half} s{parts}", half = Rounded::<5>(half)),
+        _ => format!("; try a smaller step, {}{parts}", Seconds(half)),
     };
     if matches!(fault, Some(Fault::Crossing { .. })) && !parts.is_empty() {
         return format!(
-            "; the solve has led round an edge: try a smaller step, {half} s{parts}",
-            half = Rounded::<5>(half)
+            "; Newton's method went around an edge: try a smaller step, {}{parts}",
+            Seconds(half)
         );
     }
     if matches!(fault, Some(Fault::Crossing { .. })) {
-        return format!(
-            "; contact in explicit steps stops only so much: try a smaller step, {half} s, a larger \
-             [contact] `distance` or `stiffness`, an implicit scheme, in whose steps nothing passes \
-             through, or say [contact] `allow_penetration = true`",
-            half = Rounded::<5>(half)
-        );
+        return "; the impact is too fast for explicit contact: use an implicit integrator, whose contact \
+                stops any speed, or a larger [contact] `stiffness` with a smaller step, or a larger \
+                `distance`; [contact] `allow_penetration = true` ignores crossings"
+            .into();
     }
     if matches!(fault, Some(Fault::Pair { .. })) {
-        return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` \
-                with `adaptive` resolve close encounters of masses that start apart"
+        return "; give [world] nbody a `softening` length, or use `ias15` with `adaptive` for close \
+                encounters of masses that start apart"
             .into();
     }
     if matches!(fault, Some(Fault::Material { .. })) {
         return format!("; {AT_MATERIAL}");
     }
     if matches!(fault, Some(Fault::Sheet { .. })) {
-        return "; take a material that bears more, or smaller loads and motions".into();
+        return "; use a material that withstands more stretch, or smaller loads and motions".into();
     }
     let helps = |fault: &Fault| match fault {
         Fault::Element { j, material_would_help, .. } => *material_would_help && *j <= 0.0,
         _ => false,
     };
     if fault.is_some_and(helps) {
-        advice += ", or a material that can be inverted, such as stable-neo-hookean";
+        advice += ", or a material that tolerates inversion, such as stable-neo-hookean";
     }
     advice
 }

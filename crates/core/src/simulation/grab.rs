@@ -27,13 +27,13 @@ pub enum GrabError {
         count: usize,
     },
     /// All its coordinates are pinned.
-    #[error("vertex {vertex} is held by a pin; grab one that is free, or turn the pin off")]
+    #[error("vertex {vertex} is pinned; grab a free one, or turn the pin off")]
     Pinned {
         /// The vertex.
         vertex: u32,
     },
     /// The target has another dimension, or is not finite.
-    #[error("the target {target:?} is no place: it has {dimension} finite coordinates [m]")]
+    #[error("the target {target:?} is not a point: it needs {dimension} finite coordinates [m]")]
     Target {
         /// The target [m].
         target: Vec<f64>,

@@ -233,17 +233,15 @@ impl std::fmt::Display for SolveFailure {
             SolveFailure::LinearSolver => "the linear solver did not converge",
             SolveFailure::Diverged => "the iteration for the accelerations does not converge at this step",
             SolveFailure::Spurious => {
-                "the solution that was found makes energy of nothing, and is not that of the motion"
+                "the solution gains energy without external work, so it is not the physical one"
             }
             SolveFailure::IterationCap => "not converged within the iterations allowed",
             SolveFailure::Obstructed => {
-                "obstructed: prescribed motion leads through what is in its way and cannot yield"
+                "obstructed: an obstacle that cannot yield blocks the prescribed motion"
             }
             SolveFailure::Stopped => "stopped",
             SolveFailure::Singular => "singular: the tangent has a direction without stiffness",
-            SolveFailure::Unloaded => {
-                "unloaded: nothing that is free feels a load that changes with the load factor"
-            }
+            SolveFailure::Unloaded => "unloaded: no free degree of freedom depends on the load factor",
         })
     }
 }

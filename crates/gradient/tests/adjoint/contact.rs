@@ -477,7 +477,7 @@ fn friction_that_does_not_settle_is_counted_or_refused() {
     let mut simulation = assembled(&scene).0;
     let mut loss = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
     let error = gradient(&mut simulation, 1, &mut loss, &mut [], UNLIMITED).unwrap_err();
-    assert!(error.to_string().contains("friction of a given `threshold_speed`"), "{error}");
+    assert!(error.to_string().contains("friction with a given `threshold_speed`"), "{error}");
 }
 
 /// The same scene with a grid of another size and of an origin that goes with it as its first body.

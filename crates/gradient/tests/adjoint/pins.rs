@@ -154,7 +154,7 @@ fn rotation_of_some_coordinates_is_refused() {
     let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
     let refused = gradient(&mut simulation, 1, &mut nothing, &mut [], UNLIMITED).unwrap_err();
     assert!(
-        matches!(&refused, GradientError::Unsupported { what, .. } if what.contains("some coordinates")),
+        matches!(&refused, GradientError::Unsupported { what, .. } if what.contains("a pin with `axes`")),
         "{refused}"
     );
 }

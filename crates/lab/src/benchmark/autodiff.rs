@@ -6,7 +6,7 @@ use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, Metric, goal};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "autodiff",
-    summary: "time of a step with stress by automatic differentiation, over that by hand",
+    summary: "time of a step with stress by automatic differentiation, over that with analytical stress",
     cases,
 };
 

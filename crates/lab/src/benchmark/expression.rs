@@ -6,7 +6,7 @@ use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, Metric, goal};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "expression",
-    summary: "time of a step with the energy as a formula, over the same model by hand: stable neo-Hookean",
+    summary: "time of a step with the energy as a formula, over the same built-in model: stable neo-Hookean",
     cases,
 };
 

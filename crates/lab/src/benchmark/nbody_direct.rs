@@ -6,7 +6,7 @@ use pliant_scene::Scene;
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "nbody-direct",
-    summary: "whole steps of N bodies by the direct sum, counted as N (N - 1) interactions",
+    summary: "full steps of N bodies by the direct sum, counted as N (N - 1) interactions",
     cases,
 };
 

@@ -7,7 +7,7 @@ use pliant_scene::{InlineSpec, MeshSpec, PositionSpec, Scene, Selection};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "springs",
-    summary: "whole steps of a cloth of springs, each spring counted once",
+    summary: "full steps of a cloth of springs, each spring counted once",
     cases,
 };
 

@@ -6,7 +6,7 @@ use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, goal};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "tet-corotated",
-    summary: "whole steps of a beam of tetrahedra, corotated, held in a state of deformation",
+    summary: "full steps of a beam of tetrahedra, corotated, held in a state of deformation",
     cases,
 };
 

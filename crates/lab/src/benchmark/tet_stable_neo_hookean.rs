@@ -6,7 +6,7 @@ use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, PublishedValue};
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "tet-stable-neo-hookean",
-    summary: "whole steps of a beam of tetrahedra, stable neo-Hookean with its log term",
+    summary: "full steps of a beam of tetrahedra, stable neo-Hookean with its log term",
     cases,
 };
 

@@ -7,7 +7,7 @@ use pliant_scene::Scene;
 
 pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "tri-corotated",
-    summary: "whole steps of corotated triangles: the lecture's cantilever, and a sheet",
+    summary: "full steps of corotated triangles: the lecture's cantilever, and a sheet",
     cases,
 };
 

@@ -242,9 +242,7 @@ impl<'a> ErrorRuns<'a> {
                 let is_free = method.documentation.solves > 0 || method.is_static();
                 match assembly.report.contact.as_ref() {
                     Some(report) if is_free || contact.stiffness.is_some() => Ok(report.distance),
-                    _ => Err(
-                        "the stiffness of contact follows the distance in explicit schemes: give `stiffness`",
-                    ),
+                    _ => Err("explicit contact derives its stiffness from the distance: give `stiffness`"),
                 }
             }),
             runs: 0,
@@ -435,7 +433,7 @@ impl<'a> ErrorRuns<'a> {
             };
         }
         let Some(steps) = self.steps else {
-            return self.without("step", "steps follow the error: compare runs with other tolerances");
+            return self.without("step", "the step size is adaptive: compare runs with other tolerances");
         };
         let where_ = cells
             .map_or_else(String::new, |cells| format!(" on {} cells", cells.words(CellScale::coarser(2))));
@@ -482,11 +480,11 @@ impl<'a> ErrorRuns<'a> {
         };
         let all = |one: ErrorPart| vec![one; self.quantities.len()];
         if !self.is_implicit {
-            return all(part(LadderEstimate::ZERO, "none: the scheme is explicit"));
+            return all(part(LadderEstimate::ZERO, "none: the integrator is explicit"));
         }
         let given = self.scene.time.solver.as_ref().and_then(|solver| solver.tolerance);
         if given.is_none() {
-            let about = "its tolerance is a thousandth of the error of the step, or rounding";
+            let about = "its tolerance is a thousandth of the error of the step, or round-off";
             return all(part(LadderEstimate::ZERO, about));
         }
         match self.values(scene, None, 10.0) {

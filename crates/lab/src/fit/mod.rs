@@ -561,13 +561,13 @@ impl FitSearch<'_> {
         let is_perfect = theory.is_perfect;
         if starts.len() > 1 && reached < starts.len() && !is_perfect {
             warnings.push(format!(
-                "{reached} of {} starts came to the best: there are other minima",
+                "{reached} of {} starts reached the best fit: there are other minima",
                 starts.len()
             ));
         }
         if !self.data.left_out.is_empty() {
             let columns = self.data.left_out.join(", ");
-            warnings.push(format!("left out, for they say the same as the positions: {columns}"));
+            warnings.push(format!("columns not used, since the positions imply them: {columns}"));
         }
         warnings
     }

@@ -221,7 +221,7 @@ impl CellMeshes {
                 None => {
                     let cut = |why: String| format!("the mesh of `{name}` ({shape}) cannot be cut: {why}");
                     if matches!(body.mesh, MeshSpec::Surface(_)) {
-                        return Err(cut("a surface rides along with its cells".into()));
+                        return Err(cut("a surface is embedded in its cells".into()));
                     }
                     let mesh = pliant_mesh::build(&body.mesh, scene.dimension, &scene.directory);
                     let mesh = mesh.map_err(|error| cut(error.to_string()))?;

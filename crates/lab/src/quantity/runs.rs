@@ -46,10 +46,10 @@ pub enum NoValues {
     #[error("{0}")]
     Refused(String),
     /// The deadline has passed.
-    #[error("it takes longer than the budget leaves")]
+    #[error("it takes longer than the remaining budget")]
     Late,
     /// A step failed.
-    #[error("a run beside it does not reach the end")]
+    #[error("a comparison run fails before its end")]
     Failed,
     /// The user interrupted.
     #[error("interrupted")]

@@ -32,7 +32,7 @@ pub fn chart(results: &RefinementResults, of: &QuantityRefinement) -> Chart {
                 continue;
             }
             // The legend has room for the elements; the hollow mark below is the same by implicit schemes.
-            let name = if explicit { family.words(results.dimension) } else { "  by implicit schemes" };
+            let name = if explicit { family.words(results.dimension) } else { "  implicit" };
             chart.lines.push(Line {
                 name: name.to_owned(),
                 points,

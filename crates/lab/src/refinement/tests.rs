@@ -76,9 +76,7 @@ fn the_falling_beam_has_the_limit_of_an_independent_program() {
     }
     let drawn = chart(&results, tip).svg().unwrap();
     assert!(
-        drawn.contains("linear triangles")
-            && drawn.contains("by implicit schemes")
-            && drawn.contains("front"),
+        drawn.contains("linear triangles") && drawn.contains("  implicit") && drawn.contains("front"),
         "{drawn}"
     );
 }

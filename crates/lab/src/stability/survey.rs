@@ -74,7 +74,7 @@ pub enum SurveyError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// An unknown integrator.
-    #[error("there is no integrator `{wanted}` that moves things; there are {}", known.join(", "))]
+    #[error("there is no dynamic integrator `{wanted}`; there are {}", known.join(", "))]
     NoIntegrator {
         /// The requested name.
         wanted: String,

@@ -59,10 +59,11 @@ pub enum CaseVerdict {
 
 impl CaseVerdict {
     /// Meaning of the verdicts, for the suite and for a scene: as a sentence.
-    pub const MEANING: &str = "Pass: all that was asked for. Flagged: allowed, but a user must be told, such \
-                               as inverted elements, an equilibrium away from rest, a state that the \
-                               material does not have, a step above the stability limit of a scene that \
-                               allows it, or a run cut short. Fail: something that was asked for is missing.";
+    pub const MEANING: &str = "Pass: every criterion is met. Flagged: acceptable, but you should know, such \
+                               as inverted elements, an equilibrium away from the reference configuration, \
+                               a state outside of the domain of the material, a step above the stability \
+                               limit of a scene that allows it, or a run cut short. Fail: a criterion is not \
+                               met.";
 }
 
 impl std::fmt::Display for CaseVerdict {
@@ -275,22 +276,22 @@ impl std::fmt::Debug for Case {
 /// Title of a row; an unknown row itself.
 pub fn row_title(row: &str) -> &str {
     match row {
-        "torture" => "Starts that no body should start from",
+        "torture" => "Degenerate initial configurations",
         "D1" => "D1: steps from a tenth of a millisecond to a second",
-        "D2" => "D2: an explicit scheme below and above its limit",
-        "D3" => "D3: a bar twisted by turns, and let go",
-        "D4" => "D4: masses in the ratio of a million",
-        "D5" => "D5: stiffnesses in the ratio of a million",
+        "D2" => "D2: an explicit integrator below and above its stability limit",
+        "D3" => "D3: a bar twisted by up to four turns, then released",
+        "D4" => "D4: mass ratios of up to a million",
+        "D5" => "D5: stiffness ratios of up to a million",
         "D6" => "D6: nearly incompressible",
         "D7" => "D7: slivers",
-        "D8" => "D8: elements without a volume",
+        "D8" => "D8: elements of zero volume",
         "D9" => "D9: other units",
-        "D10" => "D10: numbers that cannot be",
-        "D11" => "D11: stretched tenfold, and let go",
+        "D10" => "D10: invalid input",
+        "D11" => "D11: stretched tenfold, then released",
         "D12" => "D12: free spin",
         "D13" => "D13: a column under twice its buckling load",
-        "K18" => "K18: contact, too soft and too stiff, between bodies of other masses and stiffnesses",
-        "K18-long" => "K18, long: contact through hundreds and thousands of steps",
+        "K18" => "K18: contact that is too soft or too stiff, between bodies of different mass and stiffness",
+        "K18-long" => "K18, long: contact over hundreds and thousands of steps",
         row => row,
     }
 }

@@ -204,7 +204,7 @@ impl Trial {
         if (wrong || findings.reason() == Some(REPORTED)) && !findings.cut_short {
             findings.advice = until(|| limits.are_over(), |stop| trial.advice(self.step, stop));
             if let Some(advice) = findings.advice.as_mut().filter(|_| limits.are_over()) {
-                *advice += "; the time was over before all was tried that could";
+                *advice += "; the time budget was used up before all remedies were tried";
             }
         }
         findings
@@ -289,7 +289,7 @@ impl Trial {
                 findings.cut_short = true;
                 findings.note(
                     CaseVerdict::Flagged,
-                    format!("cut short: sound for {} of {steps} steps in the time there was", step - 1),
+                    format!("cut short: sound for {} of {steps} steps within the time budget", step - 1),
                 );
                 break;
             }
@@ -414,7 +414,7 @@ fn cause(error: &StepError) -> String {
 fn unstable(step: u64, grown: f64) -> String {
     let told = match grown.is_finite() {
         true => format!("has grown {} times", Rounded::<3>(grown)),
-        false => "is beyond all numbers".into(),
+        false => "is not finite".into(),
     };
     format!("unstable: the energy {told} at step {step}")
 }

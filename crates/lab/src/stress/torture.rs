@@ -247,8 +247,10 @@ impl TortureCell {
             if is_static || self.integrator == IntegratorSpec::ImplicitEuler {
                 findings.demand(ratio <= 1.01, || format!("energy grew {ratio:.3} times"));
             } else if ratio > 1.01 {
-                findings
-                    .note(CaseVerdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
+                findings.note(
+                    CaseVerdict::Flagged,
+                    format!("energy grew {ratio:.3} times, which this integrator may do"),
+                );
             }
         }
         // The gradient at the solution.

@@ -57,7 +57,7 @@ fn untold(error: f64, reference: &Reference) -> String {
             format!("no advice for {error} error: the reference is known to {known:.0e} only")
         }
         None => format!(
-            "no advice for {error} error: no second scheme confirms the reference, give more time by --budget"
+            "no advice for {error} error: no second integrator confirms the reference; increase --budget"
         ),
     }
 }

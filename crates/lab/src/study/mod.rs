@@ -117,7 +117,7 @@ pub enum StudyError {
     /// A scene without motion for any duration.
     #[error(
         "a quasi-static scene has no motion to study: study its meshes by --refine, compare increments by \
-         `pliant run --set time.step=..`, or take another scheme by --set time.integrator=implicit-euler"
+         `pliant run --set time.step=..`, or use another integrator: --set time.integrator=implicit-euler"
     )]
     Static,
     /// The problem has no closed-form solution.
@@ -128,8 +128,8 @@ pub enum StudyError {
     NotExact,
     /// Neither integrator of the reference completed two runs.
     #[error(
-        "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 \
-         ({reached}); give more time by --budget, a shorter duration by --set time.duration=.., or a \
+        "no reference was found in {seconds:.0} s, with neither an explicit nor an implicit integrator of \
+         order 4 ({reached}); increase --budget, shorten the duration by --set time.duration=.., or use a \
          coarser mesh"
     )]
     NoReference {

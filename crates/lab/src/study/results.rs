@@ -160,9 +160,9 @@ impl Results {
         let (worst, count) = (noisy.iter().max_by(|a, b| spread(a).total_cmp(&spread(b)))?, repeated.count());
         (noisy.len() as f64 > NOISY_PART * count as f64).then(|| {
             format!(
-                "the machine is noisy: of {count} rows whose runs were repeated, the middle half of the \
-                 times of {} differs by more than {} %, most by {} % ({}, step {}); times are the shortest \
-                 of each, and smaller differences say nothing",
+                "noisy timings: of {count} rows with repeated runs, {} have an interquartile range above {} \
+                 %, the worst {} % ({}, step {}); times are minima, and smaller differences are not \
+                 significant",
                 noisy.len(),
                 number(100.0 * NOISE),
                 number(100.0 * spread(worst)),

@@ -21,7 +21,7 @@ pub(super) const STEP: CleaningStep = CleaningStep {
                 | MeshError::ZeroLengthEdge { .. }
         )
     },
-    advice: "`drop_degenerate = true` beside `path` leaves out cells without a volume, an area or a length, \
+    advice: "`drop_degenerate = true` next to `path` removes cells without a volume, an area or a length, \
              and cells that repeat another",
 };
 

@@ -12,8 +12,8 @@ pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.merge.is_some(),
     apply,
     cures: |error| matches!(error, MeshError::ZeroLengthEdge { .. }),
-    advice: "`merge = 0.0` beside `path` joins vertices at the same place, `merge = \"1 um\"` those as near \
-             as that",
+    advice: "`merge = 0.0` next to `path` joins vertices at the same position, `merge = \"1 um\"` those \
+             within that distance",
 };
 
 fn apply(spec: &FileSpec, file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {

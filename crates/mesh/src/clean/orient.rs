@@ -11,7 +11,7 @@ pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.orient,
     apply: |_, file| apply(file),
     cures: |error| matches!(error, MeshError::Inverted { .. }),
-    advice: "`orient = true` beside `path` does so for every element that needs it",
+    advice: "`orient = true` next to `path` does so for every element that needs it",
 };
 
 fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {

@@ -284,7 +284,7 @@ fn steps_are_taken_in_an_order_in_which_one_needs_no_other() {
 fn refusals_name_the_keys_that_would_mend_them_unless_they_are_given() {
     let unreferenced = MeshError::Unreferenced { vertex: 0, count: 1 };
     assert!(matches!(&cures(&NOTHING, &unreferenced)[..], [cure] if cure.starts_with("`drop_unused = true` \
-             beside `path`")));
+             next to `path`")));
     assert!(cures(&DROP_UNUSED, &unreferenced).is_empty());
     let inverted = error(&file(&CORNERS[..4], &[(4, 7, &[1, 3, 2, 4])]), 3);
     assert!(matches!(&cures(&NOTHING, &inverted)[..], [cure] if cure.starts_with("`orient = true`")));

@@ -9,7 +9,7 @@ pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.drop_unused,
     apply: |_, file| Ok(apply(file)),
     cures: |error| matches!(error, MeshError::Unreferenced { .. }),
-    advice: "`drop_unused = true` beside `path` leaves them out",
+    advice: "`drop_unused = true` next to `path` removes them",
 };
 
 /// Removes the vertices. Cells of lower dimension are removed with them: they are sides of no element.

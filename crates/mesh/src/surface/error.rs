@@ -20,7 +20,7 @@ pub enum SurfaceError {
     #[error(
         "the surface is open: {count} of its edges have one triangle, the first from vertex {} to {} of \
          triangle {triangle}, at {}; close its holes (in Blender: fill holes), or join vertices at the \
-         same place by `merge` beside `path`", edge[0], edge[1], at(place)
+         same position by `merge` next to `path`", edge[0], edge[1], at(place)
     )]
     Open {
         /// The triangle.
@@ -35,8 +35,8 @@ pub enum SurfaceError {
     /// Two neighbouring triangles with opposite orientations.
     #[error(
         "triangle {triangle} and its neighbour at the edge from vertex {} to {}, at {}, have opposite \
-         sides up: every triangle must be counter-clockwise seen from outside; `orient = true` beside \
-         `path` turns those that are not", edge[0], edge[1], at(place)
+         orientations: every triangle must be counter-clockwise seen from outside; `orient = true` next to \
+         `path` turns the others", edge[0], edge[1], at(place)
     )]
     OppositeSides {
         /// The first triangle.
@@ -48,9 +48,9 @@ pub enum SurfaceError {
     },
     /// An edge of more than two triangles that do not pair up.
     #[error(
-        "{count} triangles meet at the edge from vertex {} to {} of triangle {triangle}, at {}, and not as \
-         many run through it one way as the other: inside and outside mean nothing there; remove what does \
-         not belong to the surface", edge[0], edge[1], at(place)
+        "{count} triangles meet at the edge from vertex {} to {} of triangle {triangle}, at {}, and \
+         their orientations there do not pair up: inside and outside are undefined; remove what does not \
+         belong to the surface", edge[0], edge[1], at(place)
     )]
     OddEdge {
         /// The first triangle.
@@ -64,8 +64,8 @@ pub enum SurfaceError {
     },
     /// A surface that encloses a negative volume.
     #[error(
-        "the surface is inside out: its volume is {volume} m^3, and its triangles must be \
-         counter-clockwise seen from outside; `orient = true` beside `path` turns them",
+        "the surface is inverted: its volume is {volume} m^3, and its triangles must be \
+         counter-clockwise seen from outside; `orient = true` next to `path` turns them",
         volume = Rounded::<4>(*.volume)
     )]
     InsideOut {
@@ -75,7 +75,7 @@ pub enum SurfaceError {
     /// Two intersecting triangles.
     #[error(
         "triangles {} and {} of the surface cross each other, at {}{}; where parts overlap on purpose, \
-         `union = true` beside `path` takes for inside what any of them encloses", triangles[0], triangles[1],
+         `union = true` next to `path` fills what any of them encloses", triangles[0], triangles[1],
         at(place), more(*count)
     )]
     Crossing {
@@ -89,7 +89,7 @@ pub enum SurfaceError {
     /// A point with a winding number other than 0 and 1.
     #[error(
         "the surface winds {winding} times around {}: it must go around the inside once; parts that overlap \
-         take `union = true` beside `path`, and the surface of a cavity must be clockwise seen from the \
+         need `union = true` next to `path`, and the surface of a cavity must be clockwise seen from the \
          cavity's outside",
         at(place)
     )]

@@ -1,4 +1,4 @@
-"""Simulate deformable things: particles, cloth, strands, hyperelastic bodies.
+"""Simulate deformable bodies: hyperelastic solids, membranes, cloth, strands and particles.
 
 >>> import pliant
 >>> simulation = pliant.Simulation(pliant.Scene.from_toml("scenes/cantilever_fem_2d.toml"))
@@ -6,8 +6,8 @@
 >>> pliant.load("cantilever.mcap").positions[:].shape
 (121, 80, 2)
 
-Arrays are float64 of shape (n, dim); everything is in SI units. Steps of large scenes use all processors, or
-as many threads as ``RAYON_NUM_THREADS`` says in the environment at the import: the bits are the same.
+Arrays are float64 of shape (n, dim), in SI units. Steps of large scenes use all processors, or the number of
+threads in the environment variable ``RAYON_NUM_THREADS`` at import. Results do not depend on it.
 """
 
 from __future__ import annotations

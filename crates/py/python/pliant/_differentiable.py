@@ -1,4 +1,4 @@
-"""Runs as functions with a derivative, for libraries that differentiate programs."""
+"""Runs as differentiable functions, for libraries with automatic differentiation."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ OF_EACH = ".young_per_element"
 
 
 class Run:
-    """Steps of a scene, as a function of how it starts and of numbers in it.
+    """Run of a scene, as a function of its initial state and of its parameters.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated; numbers that are no arguments are its own.
+        The scene; parameters that are not arguments keep its values.
     steps : int
-        How many steps are taken.
+        Number of steps.
     names : sequence of str
-        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, a
-        vector as `world.gravity`, or Young's modulus of each element.
+        Keys of the scene that are arguments, from `Simulation.gradient_names`: a number, a vector such as
+        `world.gravity`, or Young's modulus of each element.
     every : int
-        How many steps lie between states that are returned.
+        Number of steps between returned states.
     memory : int, optional
-        Bytes for states on the way back, as `Simulation.gradient` has it.
+        Bytes for stored states in the backward sweep, as in `Simulation.gradient`.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Run:
         self.shape = (steps // every + 1, *self.start[0].shape)
 
     def simulation(self, position: Array, velocity: Array, parameters: Sequence[Array]) -> Simulation:
-        """The simulation at its start."""
+        """Return the simulation at its start."""
         changes = {}
         for name, value in zip(self.names, parameters, strict=True):
             if value.ndim == 0 and name.endswith(OF_EACH):
@@ -64,7 +64,7 @@ class Run:
         return simulation
 
     def forward(self, position: Array, velocity: Array, parameters: Sequence[Array]) -> tuple[Array, Array]:
-        """Positions and velocities of all frames."""
+        """Return positions and velocities of all frames."""
         simulation = self.simulation(position, velocity, parameters)
         x, v = np.empty(self.shape), np.empty(self.shape)
         x[0], v[0] = simulation.positions, simulation.velocities
@@ -79,7 +79,7 @@ class Run:
         by_positions: Array,
         by_velocities: Array,
     ) -> tuple[Array, Array, list[Array]]:
-        """Derivatives by the arguments of a sum that has these by what was returned."""
+        """Return derivatives by the arguments, from those by the returned positions and velocities."""
         position, velocity, parameters = inputs
 
         def loss(frame: Frame) -> tuple[Any, ...] | None:
@@ -97,12 +97,12 @@ class Run:
 
 
 def _may_be_a_key(name: str) -> bool:
-    """False for what no key of a scene says: states, arrays over the run, and factors of formulas."""
+    """Return False for names without a key: states, arrays over the run, factors of formulas."""
     return name not in ("position", "velocity", "forces", "pins") and not name.endswith(".factor")
 
 
 def _path(scene: Scene, name: str) -> str:
-    """The path of a number in the scene by its name among the derivatives."""
+    """Return the path of a parameter in the scene, from its name among the derivatives."""
     if name == "world.gravity":
         return name
     if name.endswith(OF_EACH):

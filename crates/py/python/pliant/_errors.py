@@ -1,4 +1,4 @@
-"""What goes wrong."""
+"""Errors of scenes and steps."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from typing import Any
 
 
 class SceneError(ValueError):
-    """A scene cannot be read, or says something that cannot be simulated.
+    """Error of a scene that cannot be read or simulated.
 
     Attributes
     ----------
     message : str
-        All problems as a compiler shows them: place, line of the text, what would be right. Of scenes made
-        from tables in Python the path of the key is the place.
+        All problems as a compiler shows them: position, line of the text, remedy. For scenes made from tables
+        in Python the position is the path of the key.
     line : int or None
-        Line of the first problem, from 1; None without a text that a user wrote.
+        Line of the first problem, from 1; None for scenes without text.
     column : int or None
-        Its column in characters, from 1.
+        Column of the first problem in characters, from 1.
     problems : list of dict
         Each with ``kind``, ``path``, ``message``, ``help``, ``line``, ``column``.
     """
@@ -34,28 +34,28 @@ class SceneError(ValueError):
 
 
 class StepError(RuntimeError):
-    """A step could not be taken; the state is the last good one.
+    """Error of a failed step; the state is the last valid one.
 
     Attributes
     ----------
     message : str
         What happened, where, and what to change.
     step : int
-        The step that was tried, from 1.
+        Number of the failed step, from 1.
     time : float
-        Time at its beginning [s].
+        Time at the start of the step [s].
     element : int or None
-        Element (or spring, hinge, joint) of `body` at fault, where one is.
+        Element (or spring, hinge, joint) of `body` that failed, if known.
     J : float or None
-        ``det F`` there.
+        ``det F`` of that element.
     body : str or None
-        Its body.
+        Body of that element.
     vertex : int or None
         First vertex whose position or velocity is not finite.
     step_size : float
-        Step size that was tried [s].
+        Attempted step size [s].
     stable_step : float or None
-        Largest stable step at the start [s], where it is known.
+        Largest stable step at the initial state [s], if known.
     """
 
     def __init__(

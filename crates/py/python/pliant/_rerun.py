@@ -16,7 +16,7 @@ _Indices = npt.NDArray[np.uint32]
 
 
 def _triangles(cells: dict[str, _Indices]) -> _Indices | None:
-    """Triangles that are seen of a body: its surface, or its cells; corners of those of second order."""
+    """Return the visible triangles of a body: its surface or its cells, corners only."""
     for kind in ("surface", "tri", "tri6"):
         if kind in cells:
             return cells[kind][:, :3]
@@ -28,8 +28,8 @@ def _triangles(cells: dict[str, _Indices]) -> _Indices | None:
 def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = None) -> None:
     """Draw a recording in Rerun, which must be installed (``pip install 'pliant[rerun]'``).
 
-    Bodies are entities below ``bodies/``: surfaces are meshes whose triangles are logged once and whose
-    vertices move, springs and strands are lines, particles are points. The time line is ``time`` [s]. In 2D,
+    Bodies are entities below ``bodies/``: surfaces are meshes with fixed triangles and moving vertices,
+    springs and strands are lines, particles are points. The time line is ``time`` [s]. In 2D,
     z is 0.
 
     Parameters
@@ -37,7 +37,7 @@ def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = 
     trajectory : Trajectory
         The recording.
     recording : rerun.RecordingStream, optional
-        Where it is logged; the present one of Rerun without it.
+        Recording to log to; default: the current one of Rerun.
 
     Raises
     ------

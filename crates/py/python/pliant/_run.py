@@ -1,4 +1,4 @@
-"""What `Simulation.run` shows and returns."""
+"""Summary and progress of `Simulation.run`."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from ._pliant import Frame
 
 @dataclass(frozen=True)
 class Summary:
-    """What can be said of a run at its end.
+    """Summary of a run.
 
     Attributes
     ----------
     frames : int
-        Frames shown.
+        Number of frames.
     steps : int
-        Steps taken.
+        Number of steps.
     start, end : dict of str to float
         Energies [J], as `Simulation.energy` has them.
     energy_drift : float or None
-        Change of energy over the energy in play; what is known to have come in from outside and gone out is
-        no drift. None where the scheme is quasi-static: there is no energy of motion to be kept.
+        Change of energy at the end, relative to the energy scale of the run. Known external work and
+        dissipation are accounted for. None in statics.
     energy_error : float or None
-        The largest such change on the way.
+        Largest such change during the run.
     statics : dict or None
-        Of a quasi-static run, the equilibrium at its end: ``displacement``, the largest distance from rest
-        [m], and ``von_mises``, the largest stress [Pa] (where there are elements), each a dict of its
-        ``value``, the ``body``, the ``index`` of the vertex or element in it, and its place ``at`` [m];
-        ``reactions``, the sum of the forces of all pins [N]; ``residual``, the largest component of the force
-        that is left at a free coordinate [N]. None for other schemes.
+        Equilibrium at the end of a quasi-static run: ``displacement``, the largest distance from the
+        reference position [m], and ``von_mises``, the largest stress [Pa] (if there are elements), each a
+        dict of its ``value``, the ``body``, the ``index`` of the vertex or element in it, and its position
+        ``at`` [m];
+        ``reactions``, the sum of the forces of all pins [N]; ``residual``, the largest component of the
+        residual force [N]. None for other integrators.
     path : path or None
-        The file that was recorded.
+        The recording.
     warnings : list of str
-        What should be known of the result: energy that nothing accounts for, say. They are issued as
-        `RuntimeWarning` too.
+        Warnings about the result, such as numerical damping. They are also issued as `RuntimeWarning`.
     """
 
     frames: int
@@ -59,7 +59,7 @@ class Summary:
 
 
 class Progress:
-    """A line on standard error that says how far a run is."""
+    """Progress line of a run on standard error."""
 
     def __init__(self, start: float, end: float) -> None:
         self._start, self._end = start, end

@@ -1,4 +1,4 @@
-"""Errors of quantities: by mesh, step and solver; against run time; and runs for a wished accuracy."""
+"""Errors of quantities by mesh, step and solver, against run time, and runs of a required accuracy."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ Watcher = Callable[[Any], object]
 
 @dataclass(frozen=True)
 class ErrorBudget:
-    """Error of one quantity of a run by mesh, step and solver: what `errors` and `solve` return.
+    """Error of one quantity of a run by mesh, step and solver; returned by `errors` and `solve`.
 
     Attributes
     ----------
     quantity : str
-        Name, as it was asked for.
+        Name of the quantity.
     unit : str
         Unit of all numbers.
     value : float
         Value of the run.
     interval : float or None
-        Half-width of the interval about the value that is to hold the truth; None if a part is not known.
+        Half-width of the interval around the value that contains the truth; None if a part is unknown.
     extrapolated : float or None
-        Value plus the estimates of the parts; None if a part is not known.
+        Value plus the estimates of the parts; None if a part is unknown.
     parts : dict of str to dict
         ``mesh``, ``step`` and ``solver``: ``estimate``, which is a dict with ``estimate``, ``interval``,
-        ``order`` and ``tier``, or None; ``expected_order``; ``about``, its origin or the reason for which
+        ``order`` and ``tier``, or None; ``expected_order``; ``about``, its origin or the reason why
         there is none.
     """
 
@@ -58,12 +58,12 @@ def errors(
     Parameters
     ----------
     scene : Scene
-        What is simulated.
+        The scene.
     of : str or sequence of str, optional
-        The quantities, for example ``"tip.y"`` or ``"left.force.x mean"``; displacements of all probes at the
-        end without it.
+        Quantities, for example ``"tip.y"`` or ``"left.force.x mean"``; default: displacements of all probes
+        at the end.
     callback : callable, optional
-        Called with the number of each run before it begins. What it raises ends the runs.
+        Called with the number of each run before it begins. An exception ends the runs.
 
     Returns
     -------
@@ -75,9 +75,9 @@ def errors(
     SceneError
         The scene cannot be simulated.
     ValueError
-        A quantity is none of the scene; there is none.
+        The scene has no such quantity, or no quantity at all.
     RuntimeError
-        The run of the scene does not reach its end.
+        The run of the scene fails.
     KeyboardInterrupt
         Ctrl-C.
 
@@ -105,7 +105,7 @@ def errors(
 
 
 class Refinement(Table):
-    """Total error against run time, one row for each run: what `refine` returns.
+    """Total error against run time, one row per run; returned by `refine`.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Refinement(Table):
         For each quantity the ``reference`` with its ``value`` and ``uncertainty``, ``ladders`` of values on
         finer and finer meshes, ``cheapest`` rows for a few errors, and the ``front``.
     left_out : list of str
-        What was not run, with the reasons.
+        Runs that were omitted, with the reasons.
 
     Notes
     -----
@@ -149,27 +149,27 @@ def refine(
     threads: int = 1,
     callback: Watcher | None = None,
 ) -> Refinement:
-    """Compare meshes, elements, schemes and steps by their total error, as ``pliant study --refine``.
+    """Compare meshes, elements, integrators and steps by their total error, as ``pliant study --refine``.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated; its cells are those of the coarsest mesh.
+        The scene; its cells are those of the coarsest mesh.
     of : str or sequence of str, optional
-        The quantities; displacements of all probes at the end without it.
+        Quantities; default: displacements of all probes at the end.
     levels : int, optional
-        Number of meshes, each with twice the cells along every direction of the one before; 3 without it.
+        Number of meshes, each with twice the cells along every direction of the one before; default: 3.
     elements : sequence of str, optional
         ``"linear"``, ``"quadratic"``, ``"quadrilateral"``, ``"quadratic-quadrilateral"``, or with
-        ``hexahedron`` in 3D; all that the mesh has without it.
+        ``hexahedron`` in 3D; default: all that the mesh supports.
     integrators : sequence of str or mapping, optional
-        The schemes.
+        Integrators.
     budget : float, optional
-        Wall time for everything [s]; 60 without it.
+        Wall time of all runs [s]; default: 60.
     threads : int, default 1
-        Threads that steps run on.
+        Number of threads.
     callback : callable, optional
-        Called with each run in words before it begins. What it raises ends the study.
+        Called with a description of each run before it begins. An exception ends the study.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def refine(
     SceneError
         The scene cannot be simulated.
     ValueError
-        Its meshes cannot be refined; a quantity is none of the scene.
+        The meshes cannot be refined; the scene has no such quantity.
     RuntimeError
         No run reached its end.
     KeyboardInterrupt
@@ -216,24 +216,24 @@ def refine(
 
 @dataclass(frozen=True)
 class AccurateRun:
-    """Run whose error is within a wish: what `solve` returns.
+    """Run with a required accuracy; returned by `solve`.
 
     Attributes
     ----------
     elements : str
-        Elements in words.
+        Description of the elements.
     cells : str
-        Cells, as ``"8x4"``.
+        Numbers of cells, such as ``"8x4"``.
     scheme : str
-        Name of the scheme.
+        Name of the integrator.
     step : float or None
         Step [s]; None in statics.
     changes : dict of str to object
         Changes of the scene for `Scene.with_changes`.
     removed : list of str
-        Keys that have to be taken out of the scene beside.
+        Keys that must also be removed from the scene.
     wish : float
-        Largest error that was wished for, in the unit of the quantity.
+        Required largest error, in the unit of the quantity.
     proof : ErrorBudget
         The error of the run.
     seconds : float
@@ -265,33 +265,33 @@ def solve(
     budget: float = 300.0,
     callback: Watcher | None = None,
 ) -> AccurateRun:
-    """Find mesh, elements, scheme and step for an accuracy of a quantity, as ``pliant solve``.
+    """Find mesh, elements, integrator and step for the accuracy of a quantity, as ``pliant solve``.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated; its mesh, elements, scheme and step are what is searched.
+        The scene; mesh, elements, integrator and step are varied.
     of : str
-        The quantity, for example ``"tip.y"``.
+        Quantity, for example ``"tip.y"``.
     accuracy : str or float
-        Its largest error: ``"1 %"`` or ``0.01`` of its largest magnitude over time, or with a unit,
+        Largest error: ``"1 %"`` or ``0.01`` of its largest magnitude over time, or with a unit,
         ``"0.1 mm"``.
     budget : float, default 300.0
         Wall time of the search [s].
     callback : callable, optional
-        Called with each run in words before it begins. What it raises ends the search.
+        Called with a description of each run before it begins. An exception ends the search.
 
     Returns
     -------
     AccurateRun
-        The run, with the proof.
+        The run and its proof.
 
     Raises
     ------
     SceneError
         The scene cannot be simulated.
     ValueError
-        Its meshes cannot be refined; there is no such quantity; `accuracy` is none.
+        The meshes cannot be refined; there is no such quantity; `accuracy` is not valid.
     RuntimeError
         The accuracy was not proved within the budget.
     KeyboardInterrupt

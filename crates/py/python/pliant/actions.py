@@ -1,4 +1,4 @@
-"""What the actions of a vector of environments drive."""
+"""Actions of vector environments."""
 
 from __future__ import annotations
 
@@ -31,21 +31,20 @@ def _letters(axes: str, known: str, what: str) -> list[int]:
 
 
 class PinAction:
-    """Numbers of an action steer a pin, by `Simulation.move`.
+    """Action that moves a pin, by `Simulation.move`.
 
     Parameters
     ----------
     pin : str
         Name of the pin, ``body/pin``.
     axes : str, optional
-        Axes along which it is moved, a number for each; all without it.
+        Axes along which the pin moves, one number each; default: all.
     turns : str, default ""
-        Axes about which it is turned, a number each: letters of "xyz", in 2D "z". They are the components of
-        a rotation vector.
+        Axes about which the pin turns, one number each: letters of "xyz", in 2D "z". The numbers are
+        components of a rotation vector.
     by : {"position", "velocity"}
-        Whether numbers are displacements [m] and rotations [rad] from where the pin started, which are
-        reached with no velocity at the end of the step of the environment; or velocities [m/s], [rad/s],
-        reached there.
+        Meaning of the numbers: displacements [m] and rotations [rad] from the initial pose of the pin,
+        reached at rest at the end of the step of the environment; or velocities [m/s], [rad/s] reached there.
     low, high : float or array_like
         Bounds of the numbers.
 
@@ -92,14 +91,14 @@ class PinAction:
 
 
 class ForceAction:
-    """Numbers of an action are a force, shared equally by vertices.
+    """Action that applies a force, distributed equally over vertices.
 
     Parameters
     ----------
     vertices : array_like of int, or of bool with shape (vertices,)
-        Which.
+        The vertices.
     axes : str, optional
-        Axes along which it acts, a number for each [N]; all without it.
+        Axes along which the force acts, one number each [N]; default: all.
     low, high : float or array_like
         Bounds of the numbers [N].
 
@@ -139,22 +138,21 @@ class ForceAction:
 
 
 class FunctionAction:
-    """Numbers of an action go to a function that says what forces act on all vertices.
+    """Action that a function turns into forces on all vertices.
 
-    Muscles, thrusters, friction of one's own: what depends on positions and velocities.
+    Use it for muscles, thrusters, friction: forces that depend on positions and velocities.
 
     Parameters
     ----------
     size : int
-        How many numbers.
+        Number of numbers.
     function : callable
         Called with the `VectorEnvironment` and the numbers, shape (n, size); returns forces [N], shape (n,
         vertices, dim).
     low, high : float or array_like
         Bounds of the numbers.
     every : int, optional
-        Steps of the simulation after which it is called again; once for each step of the environment without
-        it.
+        Number of steps of the simulation between calls; default: one call per step of the environment.
 
     Examples
     --------
@@ -188,20 +186,20 @@ class FunctionAction:
 
 
 class ValueAction:
-    """Numbers of an action are values of the scene, by `Simulation.set`.
+    """Action that sets values of the scene, by `Simulation.set`.
 
     Parameters
     ----------
     paths : str or sequence of str
-        Keys, a number for each: ``"world.gravity.1"``, ``"body.0.elastic.corotated.young"``.
+        Keys, one number each: ``"world.gravity.1"``, ``"body.0.elastic.corotated.young"``.
     low, high : float or array_like
         Bounds of the numbers, in SI units.
 
     Notes
     -----
-    A value that changes has its environment assembled anew, one after the other: slow. Pins and forces are
-    steered without. A number replaces a formula of time or place. What a scene refuses raises `SceneError`,
-    as a load or the tension of a muscle that is zero.
+    A changed value assembles its environment anew, one environment after the other, which is slow; actions on
+    pins and forces do not. A number replaces a formula of time or position. Values that a scene refuses raise
+    `SceneError`, such as a zero load or muscle tension.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Many simulations: at once on the threads of this machine, or by any executor."""
+"""Many simulations, on the threads of this machine or on any executor."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ def rollout(
     threads: int | None = None,
     scene: Scene | Simulation | None = None,
 ) -> list[Simulation]:
-    """Take steps of many simulations at once, on threads that do not hold the lock of the interpreter.
+    """Run steps of many simulations in parallel, on threads that release the GIL.
 
     Parameters
     ----------
     simulations : iterable of Scene, Simulation or State
-        Scenes start at their beginning, simulations go on from where they are, and are what is returned: none
-        may occur twice. States are those of `scene`, each the start of a simulation of its own.
+        Scenes start at their initial state. Simulations continue from their current state, and are returned;
+        each may occur once. States belong to `scene`, and each starts a new simulation.
     steps : int
-        How many each takes.
+        Number of steps of each.
     threads : int, optional
-        How many threads; as many as processors without it. Results are the same bits for any number.
+        Number of threads; default: all processors. Results do not depend on it.
     scene : Scene or Simulation, optional
-        What states are states of; of a simulation they take its parameters, forces and pins along.
+        Scene of the states; a simulation also provides its parameters, forces and pins.
 
     Returns
     -------
     list of Simulation
-        In the order given, each after its steps.
+        The simulations after their steps, in the given order.
 
     Raises
     ------
     StepError
-        Of the first simulation that could not take a step; its message says which one. All others have taken
-        theirs.
+        A step failed: the error of the first such simulation, named in the message. All others have completed
+        their steps.
     ValueError
         A simulation occurs twice; a state is of another scene.
 
@@ -86,12 +86,12 @@ def _stepper(one: Scene | Simulation | State, scene: Scene | Simulation | None) 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one simulation of a sweep.
+    """Result of one simulation of a sweep.
 
     Attributes
     ----------
     parameters : dict of str to object
-        Values by their paths.
+        Values by path.
     time : float
         Simulated time reached [s].
     steps : int
@@ -99,11 +99,11 @@ class Outcome:
     energy : dict of str to float
         Energies at the end [J].
     positions, velocities : ndarray of float64, shape (n, dim)
-        At the end [m], [m/s].
+        Final positions [m] and velocities [m/s].
     error : SceneError or StepError or None
-        Why it ended early, or did not begin.
+        Error that ended or prevented the run.
     result : object
-        What the function `measure` of the sweep returned.
+        Return value of the function `measure` of the sweep.
     """
 
     parameters: dict[str, Any]
@@ -148,17 +148,17 @@ def _simulate(
 
 
 def combinations(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Every combination of the values, the last varied fastest.
+    """Return all combinations of the values; the last one varies fastest.
 
     Parameters
     ----------
     values : mapping of str to sequence
-        Values by their paths.
+        Values by path.
 
     Returns
     -------
     list of dict of str to object
-        One for each combination: values by their paths.
+        One dict per combination: values by path.
 
     Examples
     --------
@@ -177,30 +177,30 @@ def sweep(
     record: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
 ) -> list[Outcome]:
-    """Run a scene with every combination of some of its values.
+    """Run a scene with all combinations of some of its values.
 
     Parameters
     ----------
     scene : Scene
-        What is varied.
+        The scene to vary.
     values : mapping of str to sequence, or iterable of mappings
-        Values by their paths, ``{"body.0.elastic.corotated.young": [1e5, 1e6]}``: all combinations; or the
-        combinations themselves.
+        Values by path, ``{"body.0.elastic.corotated.young": [1e5, 1e6]}``: all combinations run; or an
+        iterable of combinations.
     executor : concurrent.futures.Executor, optional
-        Who does the work: a thread pool of as many threads as processors without it. A process pool; that of
-        a cluster of Dask, ``client.get_executor()``: a simulation whose worker dies is run again by another.
+        Executor of the runs; default: a thread pool of all processors. Process pools and Dask clusters,
+        ``client.get_executor()``, work too: Dask restarts a simulation whose worker dies.
     measure : callable, optional
-        Called with the `Simulation` at the end of each run; what it returns is `Outcome.result`. Executors of
-        other processes pickle it.
+        Called with the `Simulation` at the end of each run; its return value is `Outcome.result`. Executors
+        of other processes pickle it.
     record : str or os.PathLike, optional
-        A directory, made if need be, for files ``0000.mcap``, ``0001.mcap``, ..., seen by all workers.
+        Directory for ``0000.mcap``, ``0001.mcap``, ..., created if needed, visible to all workers.
     overwrite : bool, default False
-        Whether files may be there already.
+        True to replace existing files.
 
     Returns
     -------
     list of Outcome
-        In the order of the combinations. Runs that fail do not end the sweep: see `Outcome.error`.
+        Results in the order of the combinations. A failed run does not end the sweep: see `Outcome.error`.
 
     Raises
     ------

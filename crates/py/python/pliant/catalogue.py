@@ -1,4 +1,4 @@
-"""What scenes can be made of."""
+"""Catalogue of integrators, materials, meshes and other choices of scenes."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from ._pliant import _catalogue
 def catalogue(
     family: Literal["integrators", "materials", "presets", "elements", "meshes", "channels"],
 ) -> dict[str, dict[str, Any]]:
-    """Members of a family of things that scenes can name, as ``pliant list``.
+    """Return the members of a family of choices of scenes, as ``pliant list``.
 
-    The texts are those of the documentation of the library itself.
+    The texts come from the documentation of the library.
 
     Parameters
     ----------
     family : {"integrators", "materials", "presets", "elements", "meshes", "channels"}
-        Which. Channels are what recordings can hold, and what `Simulation.measure` measures.
+        Family. Channels are the contents of recordings, and the measures of `Simulation.measure`.
 
     Returns
     -------
     dict of str to dict
-        By name: ``summary``, ``formula``, ``source``, ``order``, ..., as ``pliant list --json`` prints them.
+        Members by name: ``summary``, ``formula``, ``source``, ``order``, ..., as printed by
+        ``pliant list --json``.
 
     Raises
     ------

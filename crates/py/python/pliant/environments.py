@@ -1,4 +1,4 @@
-"""Many copies of one scene that step together: an environment for learning, of Gymnasium if installed."""
+"""Vector environments for reinforcement learning: many copies of one scene, for Gymnasium if installed."""
 
 from __future__ import annotations
 
@@ -20,43 +20,44 @@ Mask = npt.NDArray[np.bool_]
 Quantity = Callable[["VectorEnvironment"], npt.ArrayLike]
 Start = Callable[[np.random.Generator, Array, Array], tuple[npt.ArrayLike, npt.ArrayLike]]
 
-#: What may be observed by name.
+#: Observations by name.
 OBSERVED = ("positions", "velocities", "displacements", "probes", "reactions", "contacts", "time", "actions")
 
 
 class VectorEnvironment:
-    """Copies of a simulation that step together, as `vector` makes them.
+    """Copies of a simulation that step together; made by `vector`.
 
-    Where Gymnasium is installed it is a ``gymnasium.vector.VectorEnv``, and its spaces are those of
-    Gymnasium. All arrays have the environments along their first axis, n in what follows.
+    If Gymnasium is installed, this class is a ``gymnasium.vector.VectorEnv``, with spaces of Gymnasium. The
+    first axis of all arrays counts the n environments.
 
     Attributes
     ----------
     num_envs : int
-        How many environments, n.
+        Number of environments, n.
     single_action_space, action_space : Box
-        Actions of one, shape (k,), and of all, shape (n, k).
+        Action spaces of one environment, shape (k,), and of all, shape (n, k).
     single_observation_space, observation_space : Box
-        Observations of one, shape (m,), and of all, shape (n, m).
+        Observation spaces of one environment, shape (m,), and of all, shape (n, m).
     positions, velocities : ndarray of float64, shape (n, vertices, dim)
-        Of all environments now [m], [m/s], read only: one contiguous array each, the same each time.
+        Current positions [m] and velocities [m/s] of all environments, read only: one contiguous array each,
+        the same object each time.
     previous_positions : ndarray of float64, shape (n, vertices, dim)
         Positions before the last step of the environment [m].
     rest_positions : ndarray of float64, shape (vertices, dim)
         Rest positions [m].
     actions : ndarray of float64, shape (n, k)
-        The last ones, within their bounds; zero after a reset.
+        Last actions, clipped to their bounds; zero after a reset.
     elapsed : ndarray of int64, shape (n,)
-        Steps of the environment since the last reset.
+        Number of steps of the environment since the last reset.
     step_duration : float
         Simulated time of a step of the environment [s].
     scene : Scene
-        What is simulated.
+        The scene.
 
     Notes
     -----
-    Copies step on threads that do not hold the lock of the interpreter, each on one of them at a time:
-    positions have the bits of a simulation on its own, whatever the number of threads.
+    Copies step on threads that release the GIL, each copy on one thread at a time: positions are
+    bit-identical to those of a single simulation, for any number of threads.
 
     Examples
     --------
@@ -161,7 +162,7 @@ class VectorEnvironment:
                 return lambda env: np.asarray(getattr(env, kind))
 
     def _in_space(self, reactions: Array) -> Array:
-        """Components that there are: in the plane two of the force, one of the moment."""
+        """Return the components in this dimension: in 2D two of the force, one of the moment."""
         if self.dimension == 3:
             return reactions
         return np.concatenate([reactions[..., 0, :2], reactions[..., 1, 2:]], axis=-1)
@@ -195,17 +196,17 @@ class VectorEnvironment:
         return self._batch.times()
 
     def reactions(self, name: str | None = None) -> Array:
-        """Measure the forces with which pins hold their vertices and walls push, now.
+        """Measure the current reaction forces of pins and walls.
 
         Parameters
         ----------
         name : str, optional
-            Of one, ``body/pin`` or ``wall0``; all in their order without it.
+            Name of one, ``body/pin`` or ``wall0``; default: all, in order.
 
         Returns
         -------
         ndarray of float64, shape (n, names, 2, 3), or (n, 2, 3) of one
-            Force [N] and moment [N m], as `Simulation.reactions` has them; zero where a pin has let go.
+            Force [N] and moment [N m], as in `Simulation.reactions`; zero after the release of a pin.
 
         Examples
         --------
@@ -215,12 +216,12 @@ class VectorEnvironment:
         return _one(*self._batch.reactions(), name, "pin or wall")
 
     def probes(self, name: str | None = None) -> Array:
-        """Measure positions and velocities of the probes of the scene, now.
+        """Measure the current positions and velocities of the probes of the scene.
 
         Parameters
         ----------
         name : str, optional
-            Of one; all in their order without it.
+            Name of one; default: all, in order.
 
         Returns
         -------
@@ -235,17 +236,17 @@ class VectorEnvironment:
         return _one(*self._batch.probes(), name, "probe")
 
     def contact_forces(self, body: str | None = None) -> Array:
-        """Sum the normal forces and the friction of contact on bodies, now.
+        """Sum the current normal and friction forces of contact on bodies.
 
         Parameters
         ----------
         body : str, optional
-            On one; on all in their order without it.
+            Name of one; default: all, in order.
 
         Returns
         -------
         ndarray of float64, shape (n, bodies, 3), or (n, 3) of one
-            [N]; zero without ``[contact]``.
+            Forces [N]; zero without ``[contact]``.
 
         Examples
         --------
@@ -256,18 +257,18 @@ class VectorEnvironment:
         return _one(*self._batch.contact_forces(), body, "body")
 
     def simulation(self, number: int) -> Simulation:
-        """Make a simulation that goes on from where an environment is: to look at, to record, to measure.
+        """Make a simulation that continues from the state of an environment, to view, record or measure it.
 
         Parameters
         ----------
         number : int
-            Which environment.
+            Number of the environment.
 
         Returns
         -------
         Simulation
-            In the same state, with the same values, pins and forces. Solvers of implicit schemes forget what
-            they have learnt from earlier steps, here as there.
+            Simulation in the same state, with the same values, pins and forces. Solvers of implicit
+            integrators are reset, in the environment too.
 
         Examples
         --------
@@ -299,20 +300,20 @@ class VectorEnvironment:
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[Any], dict[str, Any]]:
-        """Put environments back to their start.
+        """Reset environments to their start.
 
         Parameters
         ----------
         seed : int or list of int, optional
-            Seed of the numbers that `start` gets: environment i has ``seed + i``, or entry i. They go on
-            without it.
+            Seed of the generators that `start` gets: ``seed + i`` for environment i, or entry i; default: the
+            generators continue.
         options : dict, optional
-            ``"reset_mask"``: an array of bool, shape (n,), of the environments to put back; all without it.
+            ``"reset_mask"``: an array of bool, shape (n,), of the environments to reset; default: all.
 
         Returns
         -------
         observations : ndarray, shape (n, m)
-            Of all environments.
+            Observations of all environments.
         info : dict
             ``"time"``, shape (n,).
 
@@ -370,32 +371,32 @@ class VectorEnvironment:
         self._ended = self._ended & ~mask
 
     def step(self, actions: npt.ArrayLike) -> tuple[npt.NDArray[Any], Array, Mask, Mask, dict[str, Any]]:
-        """Take a step of every environment: `substeps` steps of its simulation.
+        """Advance every environment by one step: `substeps` steps of its simulation.
 
         Parameters
         ----------
         actions : array_like, shape (n, k)
-            Numbers beyond their bounds are taken at them.
+            Actions; values out of bounds are clipped.
 
         Returns
         -------
         observations : ndarray, shape (n, m)
-            After the step.
+            Observations after the step.
         rewards : ndarray of float64, shape (n,)
-            What `reward` says of it.
+            Rewards of the step, from `reward`.
         terminated : ndarray of bool, shape (n,)
-            Where an episode ended by what happened, a step that could not be taken included.
+            True for environments whose episode has ended, a failed step included.
         truncated : ndarray of bool, shape (n,)
-            Where it ended by the number of its steps.
+            True for environments whose episode has reached `max_steps`.
         info : dict
-            ``"time"``, shape (n,). Where a simulation could not take a step ``"failure"``, the text,
-            ``"failure_step"`` and ``"failure_time"``, each of shape (n,), and a mask ``"_failure"``. Where an
-            environment was reset in this step (``"same-step"``) ``"final_obs"`` and ``"final_info"``.
+            ``"time"``, shape (n,). After failed steps also ``"failure"``, the messages, ``"failure_step"``
+            and ``"failure_time"``, each of shape (n,), and a mask ``"_failure"``. After resets in this step
+            (``"same-step"``) also ``"final_obs"`` and ``"final_info"``.
 
         Raises
         ------
         ValueError
-            An action has another shape or is not finite; an environment has ended and was not reset
+            An action has the wrong shape or is not finite; an environment has ended and was not reset
             (``"disabled"``).
 
         Examples
@@ -499,12 +500,12 @@ class VectorEnvironment:
         return info
 
     def close(self, **_options: Any) -> None:
-        """End; there is nothing to be freed.
+        """Close the environments; no resources need to be freed.
 
         Parameters
         ----------
         **_options
-            None is needed.
+            Ignored.
 
         Examples
         --------
@@ -542,54 +543,55 @@ def vector(
     threads: int | None = None,
     dtype: npt.DTypeLike = np.float32,
 ) -> VectorEnvironment:
-    """Make many environments of one scene that step together.
+    """Make many environments of one scene that step together, for reinforcement learning.
 
     Parameters
     ----------
     scene : Scene or Simulation
-        What is simulated; from where a simulation is, with its pins, forces and materials.
+        The scene, or a simulation whose state, pins, forces and materials are copied.
     n : int
-        How many.
+        Number of environments.
     action : PinAction, ForceAction, FunctionAction, ValueAction, or a list of them
-        What actions drive; the numbers of several follow each other.
+        Meaning of the actions; the numbers of several are concatenated.
     observe : str or callable, or a list of them
-        Names: "positions", "velocities", "displacements" (from rest), "probes" and "reactions" (of pins and
-        walls), "contacts" (the force of contact on each body), each of one by ``"reactions:NAME"``, "time",
-        "actions". Functions of the `VectorEnvironment` return arrays of shape (n, ..).
+        Observations. Names: "positions", "velocities", "displacements" (from the reference configuration),
+        "probes", "reactions" (of pins and walls), "contacts" (contact force on each body),
+        ``"reactions:NAME"`` for one of them, "time", "actions". Functions of the `VectorEnvironment` return
+        arrays of shape (n, ..).
     reward : callable, optional
-        Function of the `VectorEnvironment` that returns rewards of shape (n,); zero without it.
+        Function of the `VectorEnvironment` that returns rewards of shape (n,); default: zero.
     terminated : callable, optional
-        Likewise, where an episode has ended: bool of shape (n,).
+        Function of the `VectorEnvironment` that returns True where an episode has ended: bool, shape (n,).
     start : callable, optional
-        Called for each environment that is reset, with a `numpy.random.Generator` of its own, and positions
-        [m] and velocities [m/s] of the start, shape (vertices, dim); returns those that it starts with.
+        Called for each environment that is reset, with its `numpy.random.Generator` and the initial positions
+        [m] and velocities [m/s], shape (vertices, dim); returns the positions and velocities to start with.
     substeps : int, default 1
-        Steps of the simulation in one of the environment.
+        Number of steps of the simulation per step of the environment.
     max_steps : int, optional
-        Steps of the environment after which an episode is truncated.
+        Number of steps after which an episode is truncated.
     autoreset : {"next-step", "same-step", "disabled"}
-        When an environment that has ended starts anew: in the next step, whose action is not looked at; in
-        the same, whose observation is then that of the start; or by `reset` alone. The modes of Gymnasium.
+        Gymnasium's mode of resetting environments that have ended: in the next step, which ignores the
+        action; in the same step, whose observation is then the initial one; or only by `reset`.
     on_failure : {"terminate", "raise"}
-        Whether an environment whose simulation cannot take a step has ended, with a warning and the reason in
-        ``info``, while others go on; or the `StepError` is raised.
+        Reaction to a failed step: end this environment, with a warning and the reason in ``info``, while
+        others continue; or raise the `StepError`.
     threads : int, optional
-        How many threads; as many as processors without it. Results are the same bits for any number.
+        Number of threads; default: all processors. Results do not depend on it.
     dtype : dtype, default float32
-        Of observations.
+        Data type of observations.
 
     Returns
     -------
     VectorEnvironment
-        Where Gymnasium is installed, a ``gymnasium.vector.VectorEnv`` too.
+        The environments; also a ``gymnasium.vector.VectorEnv`` if Gymnasium is installed.
 
     Raises
     ------
     SceneError
         The scene cannot be simulated.
     ValueError
-        The step follows the error, so that steps of the environment would not take the same time; a number is
-        out of its range.
+        The step size is adaptive, so that steps of the environment would differ in duration; a number is out
+        of range.
 
     Examples
     --------
@@ -615,8 +617,7 @@ def vector(
     simulation = scene if isinstance(scene, Simulation) else Simulation(scene)
     if simulation.scene.step_size is None:
         raise ValueError(
-            "the step of this scene follows the error; environments need steps of one size: "
-            "give [time] `step`"
+            "the step size of this scene is adaptive; environments need a fixed step: give [time] `step`"
         )
     return spaces.kind_of_gymnasium(VectorEnvironment)(
         simulation,

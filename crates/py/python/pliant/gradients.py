@@ -15,19 +15,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WallEvent:
-    """A vertex that has come to a wall, or left one, in a scene without contact.
+    """Event of a vertex that reaches or leaves a wall, in a scene without contact.
 
     Attributes
     ----------
     step : int
-        The step at whose end it is there and at whose beginning it was not, or the other way round, as
-        `Frame.step` counts.
+        Step in which the vertex reaches or leaves the wall, as counted by `Frame.step`.
     vertex : int
         The vertex.
     wall : int
-        The wall, by its place in ``[world] walls``.
+        Index of the wall in ``[world] walls``.
     has_come : bool
-        True if it has come, False if it has left.
+        True if the vertex reaches the wall, False if it leaves.
     """
 
     step: int
@@ -38,18 +37,18 @@ class WallEvent:
 
 @dataclass(frozen=True)
 class ContactEvents:
-    """Changes of the pairs of closest primitives that touch, counted from each state of a run to the next.
+    """Number of changes of active contact pairs, counted from each state of a run to the next.
 
     Attributes
     ----------
     come : int
-        Pairs that have come within reach.
+        Pairs that became active.
     left : int
-        Pairs that have left it.
+        Pairs that became inactive.
     slid : int
-        Pairs that stuck and slide now, by the velocities of states; statics has none.
+        Pairs that began to slide, by the velocities of states; none in statics.
     stuck : int
-        Pairs that slid and stick now.
+        Pairs that began to stick.
     """
 
     come: int
@@ -67,20 +66,19 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
     value : float
         The loss.
     derivatives : dict of str to float or ndarray
-        By each name: a float where it is one number, shape (n, dim) for positions and velocities, (steps, n,
-        dim) for ``"forces"``, (steps + 1, n, dim) for ``"pins"``.
+        Derivatives by name: a float for one number, shape (n, dim) for positions and velocities,
+        (steps, n, dim) for ``"forces"``, (steps + 1, n, dim) for ``"pins"``.
     growth : float
-        Growth of the logarithm of the largest derivative by a state per second of the run, backwards [1/s].
-        Where it is large, small changes at the start are large at the end, and derivatives of long runs say
-        little.
+        Growth rate of the logarithm of the largest derivative by a state, backwards in time [1/s]. If it is
+        large, small changes at the start become large at the end, and derivatives of long runs say little.
     unsettled : int
-        Solves after which friction still changed: the derivatives are not exact there.
+        Number of solves after which friction still changed, where the derivatives are not exact.
     wall_events : tuple of WallEvent
-        Vertices that came to a wall, or left one, in a scene without contact, by steps: the derivatives do
-        not see changes that shift such an event to another step.
+        Vertices that reached or left a wall, in a scene without contact, by step. The derivatives do not
+        include shifts of such events to another step.
     contact_events : ContactEvents
-        Number of pairs of surfaces that came within reach, left it, began to slide or to stick. Derivatives
-        are exact there; what they say of larger changes is less the more there are.
+        Numbers of contact pairs that became active or inactive, began to slide or to stick. Derivatives are
+        exact there, but the more events, the less they predict larger changes.
     """
 
     value: float
@@ -102,20 +100,20 @@ class Gradient(Mapping[str, "float | npt.NDArray[Any]"]):
 
 @dataclass(frozen=True, eq=False)
 class FrequencyGradient(Mapping[str, "npt.NDArray[Any]"]):
-    """Derivatives of squares of natural frequencies by name.
+    """Derivatives of squared natural frequencies by name.
 
-    ``found["body.beam.rest"][0]`` is that of the lowest.
+    ``found["body.beam.rest"][0]`` is the derivative of the lowest.
 
     Attributes
     ----------
     omega : ndarray of float64, shape (count,)
         Angular frequencies, from the lowest [rad/s]; 0 of rigid motion.
     derivatives : dict of str to ndarray
-        Of ``omega**2`` [rad^2/s^2] by each name: shape (count,) where it is one number, else (count,
-        numbers). Those of ``omega`` are ``1/(2 omega)`` times these, where it is not 0.
+        Derivatives of ``omega**2`` [rad^2/s^2] by name: shape (count,) for one number, else (count,
+        numbers). Multiply by ``1/(2 omega)`` for those of a nonzero ``omega``.
     alike : ndarray of int64, shape (count,)
-        How many modes have the frequency of each, itself included. Where there are several, single ones have
-        no derivative, and those given are those of their mean.
+        Multiplicity of each frequency. Single modes of a multiple frequency have no derivative; the given one
+        is that of their mean.
     """
 
     omega: npt.NDArray[Any]
@@ -134,17 +132,17 @@ class FrequencyGradient(Mapping[str, "npt.NDArray[Any]"]):
 
 @dataclass(frozen=True, eq=False)
 class HessianProduct(Mapping[str, "float | npt.NDArray[Any]"]):
-    """Product of the Hessian of a loss with a direction, by name, found by differences of gradients.
+    """Product of the Hessian of a loss with a direction, by name, from differences of gradients.
 
     Attributes
     ----------
     value : float
         ``d . H d`` with the direction ``d``.
     derivatives : dict of str to float or ndarray
-        The product by each name, of the shapes of the direction.
+        Product by name, with the shapes of the direction.
     errors : dict of str to float or ndarray
-        Estimates of its errors, likewise, no bounds: what the last extrapolation of each number has changed,
-        or how far smaller changes lead away. Where one is large, the loss is not smooth so far, or steps are
+        Error estimates by name, not bounds: the change by the last extrapolation of each number, or the
+        deviation of smaller differences. A large one means that the loss is not smooth, or that steps are
         solved too coarsely.
     """
 
@@ -163,7 +161,7 @@ class HessianProduct(Mapping[str, "float | npt.NDArray[Any]"]):
 
 
 class _MovedRuns:
-    """Gradients of a loss over runs whose start and numbers are changed by parts of a direction."""
+    """Gradients of a loss over runs whose start and parameters move along a direction."""
 
     def __init__(
         self,
@@ -197,7 +195,7 @@ class _MovedRuns:
         self.length = max(parts, default=0.0) or 1.0
 
     def _size(self, name: str) -> float:
-        """What changes of this name are measured by."""
+        """Return the scale of changes of this name."""
         extent = float(np.ptp(self.values["position"], axis=0).max())
         if name == "position":
             return extent or 1.0
@@ -208,7 +206,7 @@ class _MovedRuns:
         return of_values or 1.0
 
     def gradient(self, part: float) -> list[float]:
-        """All derivatives, where the largest change is this part of what it changes."""
+        """Return all derivatives, with the largest relative change equal to `part`."""
         scale = part / self.length
         at = {name: self.values[name] + scale * change for name, change in self.direction.items()}
         moved = self.simulation.clone()
@@ -224,7 +222,7 @@ class _MovedRuns:
         return numbers
 
     def shown(self, product: Sequence[float], errors: Sequence[float]) -> HessianProduct:
-        """The product by name, from that with a direction of length 1."""
+        """Return the product by name, from that with a direction of length 1."""
         sizes = [change.size for change in self.direction.values()]
 
         def by_name(numbers: Sequence[float]) -> dict[str, float | npt.NDArray[Any]]:
@@ -241,12 +239,12 @@ class _MovedRuns:
 
 
 def _largest(numbers: npt.NDArray[np.float64]) -> float:
-    """The largest size of any of them."""
+    """Return the largest magnitude."""
     return float(np.abs(numbers).max(initial=0.0))
 
 
 def _path(scene: Scene, name: str) -> str:
-    """The path of a number in the scene by its name among the derivatives."""
+    """Return the path of a parameter in the scene, from its name among the derivatives."""
     from ._differentiable import _may_be_a_key, _path
 
     if not _may_be_a_key(name):

@@ -1,4 +1,4 @@
-"""Runs in JAX: `simulate` has a derivative of its own (``pip install 'pliant[jax]'``)."""
+"""Runs in JAX: `simulate` has a custom derivative (``pip install 'pliant[jax]'``)."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ def simulate(
     every: int = 1,
     memory: int | None = None,
 ) -> tuple[jax.Array, jax.Array]:
-    """Take steps of a scene; what follows can be differentiated by what went in.
+    """Run steps of a scene as a differentiable function.
 
-    The way back is one sweep of `Simulation.gradient`, which takes the steps once more: exact derivatives of
-    the steps that were taken. It works under `jax.jit`, where steps are a callback (`jax.pure_callback`), and
-    with `jax.grad` and `jax.vjp`; there are no forward derivatives (`jax.jvp`), and `jax.vmap` takes one run
+    The backward pass is one sweep of `Simulation.gradient`, which repeats the steps: exact derivatives of the
+    computed steps. It works under `jax.jit`, where steps are a callback (`jax.pure_callback`), and with
+    `jax.grad` and `jax.vjp`. There are no forward derivatives (`jax.jvp`), and `jax.vmap` computes one run
     after the other.
 
-    Steps run in double precision on the CPU. JAX rounds what goes in and comes out to single precision unless
-    ``jax.config.update("jax_enable_x64", True)`` was said.
+    Steps run in double precision on the CPU. JAX rounds inputs and outputs to single precision unless
+    ``jax.config.update("jax_enable_x64", True)`` is set.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated.
+        The scene.
     steps : int
-        How many steps are taken.
+        Number of steps.
     position : Array, optional
-        Positions at the start [m], shape (n, dim); those of the scene without it.
+        Initial positions [m], shape (n, dim); default: those of the scene.
     velocity : Array, optional
-        Velocities at the start [m/s], shape (n, dim); those of the scene without it.
+        Initial velocities [m/s], shape (n, dim); default: those of the scene.
     parameters : mapping of str to Array, optional
-        Numbers of the scene in SI units by their names, ``{"body.beam.elastic.young": young}``, as
-        `Simulation.gradient_names` has them; ``"world.gravity"`` has shape (dim,), a field of moduli,
-        ``"body.beam.elastic.young_per_element"``, shape (elements,).
+        Parameters of the scene in SI units by name, ``{"body.beam.elastic.young": young}``, from
+        `Simulation.gradient_names`; ``"world.gravity"`` has shape (dim,),
+        ``"body.beam.elastic.young_per_element"`` shape (elements,).
     every : int
-        How many steps lie between states that are returned.
+        Number of steps between returned states.
     memory : int, optional
-        Bytes for states on the way back, as for `Simulation.gradient`.
+        Bytes for stored states in the backward sweep, as in `Simulation.gradient`.
 
     Returns
     -------
@@ -65,8 +65,8 @@ def simulate(
     KeyError
         A name has no derivative.
     ValueError
-        `steps` is no multiple of `every`, or something in the scene has no derivative. A step that cannot be
-        taken is JAX's `JaxRuntimeError`, which has the message of the `StepError`.
+        `steps` is no multiple of `every`, or something in the scene has no derivative. A failed step raises
+        JAX's `JaxRuntimeError`, with the message of the `StepError`.
     """
     given = {name: jnp.asarray(value) for name, value in dict(parameters or {}).items()}
     run = Run(scene, steps, list(given), every, memory)

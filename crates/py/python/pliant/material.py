@@ -16,35 +16,34 @@ Function = Callable[[Array], npt.ArrayLike]
 class Material:
     """A hyperelastic material given by functions of many deformation gradients at once.
 
-    ``Simulation(scene, materials={"beam": Material(density, stress)})`` evaluates it in place of the material
-    that the scene gives to that body, which has to be a solid: triangles in 2D (plane strain, per metre of
-    thickness), tetrahedra in 3D. It pickles if its functions do.
+    ``Simulation(scene, materials={"beam": Material(density, stress)})`` uses it instead of the material that
+    the scene gives to that body, which must be a solid: triangles in 2D (plane strain, per metre of
+    thickness), tetrahedra in 3D. A material can be pickled if its functions can.
 
     Attributes
     ----------
     density : callable
         ``density(F)`` with ``F`` of shape (m, dim, dim) returns the energy density ``psi``, of shape (m,)
-        [J/m^3]: ``inf`` where the material is not defined.
+        [J/m^3]: ``inf`` outside the domain of the material.
     stress : callable
         ``stress(F)`` returns the first Piola-Kirchhoff stress ``P = dpsi/dF``, of shape (m, dim, dim) [Pa].
     tangent : callable, optional
-        ``tangent(F)`` returns ``dP_ij/dF_kl``, of shape (m, dim, dim, dim, dim) [Pa]. Implicit schemes and
-        stability limits need it; without it, it is found by central differences of `stress`, to about 1e-10
-        and not to rounding, in ``2 dim**2`` evaluations. What is not positive definite is projected
-        numerically where a solver needs it so.
+        ``tangent(F)`` returns ``dP_ij/dF_kl``, of shape (m, dim, dim, dim, dim) [Pa]. Implicit integrators
+        and stability limits need it. By default it comes from central differences of `stress`, to about 1e-10
+        instead of round-off, in ``2 dim**2`` evaluations. Solvers project it to positive definite matrices
+        where they need to.
 
     Notes
     -----
-    Slow beside the materials of this library, which are compiled and work on several elements in one
-    instruction: each evaluation of the force goes through NumPy, and holds the lock of the interpreter. Once
-    steps have shown how slow, a `RuntimeWarning` says so. Functions get a fresh array, which they may
-    overwrite.
+    A Python material is much slower than the compiled, vectorised ones of this library: each evaluation of
+    the force goes through NumPy and holds the GIL. A `RuntimeWarning` states how slow after a few steps.
+    Functions get a fresh array, which they may overwrite.
 
-    A stress that is not given cannot be derived from the density here, as it is for materials in Rust: those
-    run on dual numbers, exact to rounding, and differences of a density would leave six digits.
+    The stress cannot be derived from the density here, as it is for materials in Rust: those run on dual
+    numbers, exact to round-off, while differences of a density have six digits.
 
-    In 2D the stress out of the plane is not known, and neither are the von Mises stress and what else depends
-    on it: they are NaN.
+    In 2D the out-of-plane stress is unknown, so that it and measures that depend on it, such as the von Mises
+    stress, are NaN.
 
     Examples
     --------
@@ -70,16 +69,16 @@ class Material:
         dimension : int
             2 or 3.
         count : int, default 8
-            Deformation gradients to look at: random ones near the identity.
+            Number of random deformation gradients near the identity.
         size : float, default 0.1
-            How far from it their components are.
+            Largest difference of their components from the identity.
         seed : int, default 0
-            Of the random numbers.
+            Seed of the random numbers.
 
         Raises
         ------
         ValueError
-            One is not the derivative of the other; the message has the largest difference and where it is.
+            One is not the derivative of the other; the message has the largest difference and its position.
 
         Examples
         --------

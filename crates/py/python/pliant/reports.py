@@ -1,4 +1,4 @@
-"""What the commands ``study``, ``stress`` and ``stability`` report, as tables."""
+"""Reports of the commands ``study``, ``stress`` and ``stability``, as tables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 Watcher = Callable[[dict[str, Any]], object]
 
-#: How the ways of failing are drawn.
+#: Colours of the kinds of failure.
 _COLOURS = {
     "ok": "#9bd4b5",
     "pass": "#9bd4b5",
@@ -34,7 +34,7 @@ _COLOURS = {
 def _watching(
     progress: bool, callback: Watcher | None, line: Callable[[dict[str, Any]], str]
 ) -> Watcher | None:
-    """Who is shown each thing that is found: a line on standard error, the function of the user, nobody."""
+    """Return the observer of results: a line on standard error, the function of the user, or None."""
     if not progress:
         return callback
 
@@ -47,33 +47,33 @@ def _watching(
 
 
 class Study(Table):
-    """Error against run time, one row for each run: what `study` returns.
+    """Error against run time, one row per run; returned by `study`.
 
     Columns are those of ``rows.csv`` of ``pliant study``.
 
     Attributes
     ----------
     name : str
-        Of the scene.
+        Name of the scene.
     title : str
-        Of the scene.
+        Title of the scene.
     lines : Table
-        One row for each scheme: ``variant``, ``integrator``, ``order_nominal``, ``order_observed``, ``stop``:
-        why it was not refined further.
+        One row per integrator: ``variant``, ``integrator``, ``order_nominal``, ``order_observed``, ``stop``,
+        the reason to end its refinement.
     front : Table
-        The runs that no other beats in error and time together: ``variant``, ``integrator``, ``dt``,
-        ``error``, ``wall_min_s``.
+        Pareto front: runs that no other run beats in both error and time: ``variant``, ``integrator``,
+        ``dt``, ``error``, ``wall_min_s``.
     references : list of dict
-        What each variant is compared with: ``variant``, ``id``, ``how``, ``error``, ``disagreement``: how far
-        a second scheme is from it, None where there is none.
+        Reference of each variant: ``variant``, ``id``, ``how``, ``error``, ``disagreement``, the distance of
+        a second integrator, or None.
     recommendations : dict of str to str
-        What to write into the scene for the error that is allowed, as TOML, by what was varied of the scene
-        itself: ``path=value``, empty for the scene as it is. Variants that have one reference are compared:
-        what only solves the same in another way.
+        Settings for the scene that keep the allowed error, as TOML, by the varied value of the scene:
+        ``path=value``, empty for the unchanged scene. Variants with the same reference, which only differ in
+        the solution method, are compared.
     recommendation : str
-        All of them, one below the other.
+        All recommendations, joined.
     provenance : dict of str to str
-        What it ran on.
+        Machine and versions.
 
     Notes
     -----
@@ -121,12 +121,12 @@ class Study(Table):
         return Table({name: [row[name] for row in rows] for name in ["variant", *names]}, units)
 
     def errors(self, row: int) -> Table:
-        """List the errors of a run at each time of comparison, as far as it came.
+        """List the errors of a run at each time of comparison that it reached.
 
         Parameters
         ----------
         row : int
-            Which.
+            Row of the run.
 
         Returns
         -------
@@ -145,12 +145,12 @@ class Study(Table):
         return Table({name: [error[name] for error in errors] for name in units}, units)
 
     def energy(self, row: int) -> Table:
-        """Change of the energy of a run over the energy in play.
+        """Return the change of energy of a run, relative to its energy scale.
 
         Parameters
         ----------
         row : int
-            Which.
+            Row of the run.
 
         Returns
         -------
@@ -174,21 +174,21 @@ class Study(Table):
         variant: str | None = None,
         axes: _Axes | None = None,
     ) -> _Axes:
-        """Draw error against run time or step, a line for each scheme; by matplotlib, if installed.
+        """Plot error against run time or step, one line per integrator, with matplotlib.
 
         Parameters
         ----------
         against : {"time", "step"}
-            What is to the right: the shortest of the timed runs, or the step.
+            Horizontal axis: the shortest of the timed runs, or the step.
         variant : str, optional
-            One of the column of this name; the first without it.
+            A value of the column ``variant``; default: the first.
         axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
+            Axes to draw into; default: new ones.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Runs that failed are crosses at the top.
+            The axes; failed runs are crosses at the top.
 
         Examples
         --------
@@ -223,7 +223,12 @@ class Study(Table):
                 if failed.any():
                     top = np.full(int(failed.sum()), 0.98)
                     axes.plot(x[failed], top, "x", color=colour, transform=axes.get_xaxis_transform())
-        axes.axhline(10.0 * reference["error"], color="0.7", linestyle=":", label="as the reference can tell")
+        axes.axhline(
+            10.0 * reference["error"],
+            color="0.7",
+            linestyle=":",
+            label="ten times the error of the reference",
+        )
         labels = {"time": "run time [s]", "step": "step [s]"}
         axes.set(
             xscale="log", yscale="log", xlabel=labels[against], ylabel="error of positions", title=self.title
@@ -250,61 +255,58 @@ def study(
     progress: bool = False,
     callback: Watcher | None = None,
 ) -> Study:
-    """Compare schemes and steps on a scene, as ``pliant study``.
+    """Compare integrators and steps on a scene, as ``pliant study``.
 
-    Error stands against run time, beside a reference of known quality.
+    The result is the error against run time, relative to a reference with a known error.
 
-    Each error is an error in time, on this mesh. What is not given here is what the scene says under
-    ``[study]``, or the usual.
+    Each error is an error in time, on this mesh. Defaults come from ``[study]`` of the scene.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated.
+        The scene.
     integrators : sequence of str or mapping, optional
-        The schemes, as a scene names them, beside the scene's own; a dozen without it.
+        Integrators, as in a scene, in addition to the scene's own; default: a dozen.
     steps : sequence of float or str, optional
-        Steps [s]; chosen by factors of 2 until errors no longer fall, without it.
+        Steps [s]; default: halved until errors no longer fall.
     tolerances : sequence of float, optional
-        Tolerances of schemes whose steps follow the error; chosen by factors of 10 where no steps are given
-        either.
+        Tolerances of adaptive integrators; default: chosen by factors of 10 if no steps are given either.
     vary : mapping of str to sequence, optional
-        What is varied beside, ``{"body.0.elastic.neo-hookean.young": [1e5, 1e6]}``: every combination.
+        Values to vary as well, ``{"body.0.elastic.neo-hookean.young": [1e5, 1e6]}``: all combinations.
     times : int, optional
-        At how many times states are compared, at least 20.
+        Number of times at which states are compared, at least 20.
     error : float, optional
-        The largest error that the recommendation may have, relative; 0.01 without it.
+        Largest relative error of the recommendation; default: 0.01.
     reference : {"auto", "exact", "computed"}
-        Where the reference comes from.
+        Origin of the reference.
     repeats : int, optional
-        Timed runs of each row; 7, or as many as take a second, without it.
+        Timed runs per row; default: 7, or as many as take a second.
     threads : int, default 1
-        Threads that steps run on.
+        Number of threads.
     budget : float, optional
-        Wall time of all of it [s]; 60 where steps are chosen, without it.
+        Wall time of all runs [s]; default: 60 if steps are not given.
     folder : str or os.PathLike, optional
-        Where references and finished rows are kept: the same call, or ``pliant study -o``, goes on from
-        there.
+        Folder for references and finished rows: the same call, or ``pliant study -o``, continues from there.
     report : str or os.PathLike, optional
-        A page of HTML to write, with charts.
+        HTML page to write, with charts.
     progress : bool, default False
-        Whether to show each row on standard error.
+        True to show each row on standard error.
     callback : callable, optional
-        Called with each finished row, a dictionary of the columns. What it raises ends the study.
+        Called with each finished row, a dictionary of the columns. An exception ends the study.
 
     Returns
     -------
     Study
-        A table that plots. Runs that fail are rows of it.
+        Table with plots. Failed runs are rows of it.
 
     Raises
     ------
     SceneError
-        The scene, or a variant of it, cannot be simulated; it has no such scheme.
+        The scene, or a variant of it, cannot be simulated; there is no such integrator.
     ValueError
-        Nothing moves, or the scene is quasi-static; an exact reference is asked for where none is known.
+        Nothing moves, or the scene is quasi-static; no exact reference is known.
     RuntimeError
-        No reference was found in the time given.
+        No reference was found within the time budget.
     KeyboardInterrupt
         Ctrl-C.
 
@@ -350,14 +352,14 @@ def _row_line(row: dict[str, Any]) -> str:
 
 
 class Stress(Table):
-    """What stands what breaks simulators, one row for each case: what `stress` returns.
+    """Results of robustness tests, one row per case; returned by `stress`.
 
     Columns are those of ``stress.csv`` of ``pliant stress``.
 
     Attributes
     ----------
     counts : dict of str to int
-        How many cases are ``pass``, ``flagged`` and ``fail``.
+        Numbers of cases: ``pass``, ``flagged`` and ``fail``.
     pictures : list of dict or None
         End states of cases that have one: ``positions``, of shape (n, dim) [m], ``triangles``, of shape (m,
         3), elements in 2D and faces in 3D, and ``J``, of shape (m,), ``det F`` of each element; empty in 3D.
@@ -394,20 +396,20 @@ class Stress(Table):
         self.pictures = pictures
 
     def plot(self, case: int | None = None, *, axes: _Axes | None = None) -> _Axes:
-        """Draw all verdicts, or the end state of a case, by matplotlib, which must be installed.
+        """Plot all verdicts, or the end state of a case, with matplotlib.
 
         Parameters
         ----------
         case : int, optional
-            The row whose end state is drawn, projected to x and y, in 2D with ``det F`` in colours; all
-            verdicts without it.
+            Row of the case whose end state is drawn, projected to x and y, in 2D coloured by ``det F``;
+            default: all verdicts.
         axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
+            Axes to draw into; default: new ones.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn into.
+            The axes.
 
         Examples
         --------
@@ -467,40 +469,40 @@ def stress(
     progress: bool = False,
     callback: Watcher | None = None,
 ) -> Stress:
-    """Put the solvers, or a scene, through what breaks simulators, as ``pliant stress``.
+    """Run robustness tests on the solvers or on a scene, as ``pliant stress``.
 
     Parameters
     ----------
     scene : Scene, optional
-        What is put out of shape in place of the suite's own scenes.
+        Scene to perturb, instead of the built-in suite.
     only : sequence of str, optional
-        Rows of the suite, and names of cases: ``"torture"``, ``"D1"`` to ``"D13"``, ``"K18"``; all these
-        without it. ``"K18-long"``, contact through hundreds and thousands of steps, takes hours, and runs
-        only if it or one of its cases is named.
+        Rows of the suite, or names of cases: ``"torture"``, ``"D1"`` to ``"D13"``, ``"K18"``; default: all
+        of these. ``"K18-long"``, contact over hundreds and thousands of steps, takes hours, and runs only if
+        it or one of its cases is named.
     materials : sequence of str, optional
         Materials of the suite.
     integrators : sequence of str, optional
-        Schemes.
+        Integrators.
     solvers : sequence of str, optional
         Linear solvers: ``"auto"``, ``"cholesky"``, ``"cg"``, ``"multigrid"``, ``"matrix-free"``.
     quick : bool, default False
-        What takes a tenth of a second or less.
+        True for the cases that take a tenth of a second or less.
     progress : bool, default False
-        Whether to show each case on standard error.
+        True to show each case on standard error.
     callback : callable, optional
-        Called with each case that is done, a dictionary of the columns. What it raises ends the suite.
+        Called with each finished case, a dictionary of the columns. An exception ends the suite.
 
     Returns
     -------
     Stress
-        A table that plots. A case that fails is a row of it, no exception.
+        Table with plots. A failed case is a row of it, not an exception.
 
     Raises
     ------
     SceneError
-        The scene cannot be simulated; there is no such scheme.
+        The scene cannot be simulated; there is no such integrator.
     ValueError
-        No case is of these.
+        No case matches.
     KeyboardInterrupt
         Ctrl-C, between two cases.
 
@@ -525,23 +527,23 @@ def stress(
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """Which steps a scheme can take, against what the scene is made of.
+    """Map of stable steps of an integrator, by step and by a parameter of the scene.
 
     Attributes
     ----------
     integrator : str
-        The scheme.
+        Name of the integrator.
     against : str
-        What rows differ in: ``"young"``, ``"poisson"``, ``"density"``, ``"gravity"``.
+        Parameter of the rows: ``"young"``, ``"poisson"``, ``"density"``, ``"gravity"``.
     steps : ndarray of float64, shape (s,)
         The steps [s].
     values : ndarray of float64, shape (v,)
-        Of the rows: the factor of the stiffness, the density or gravity, or Poisson's ratio.
+        Parameter values of the rows: a factor of stiffness, density or gravity, or Poisson's ratio.
     predicted : ndarray of float64, shape (v,)
-        The limit of each row, linearised at its start [s]; infinite where any step is stable, 0 where none
+        Linear stability limit of each row at its initial state [s]; infinite if any step is stable, 0 if none
         is.
     status : ndarray of str, shape (v, s)
-        What came of each step: ``"ok"``, ``"diverged"``, ``"unsolved"``.
+        Result of each step: ``"ok"``, ``"diverged"``, ``"unsolved"``.
     """
 
     integrator: str
@@ -553,17 +555,17 @@ class StabilityMap:
 
 
 class Stability(Table):
-    """Largest steps that a scene can take, one row for each scheme: what `stability` returns.
+    """Largest stable steps of a scene, one row per integrator; returned by `stability`.
 
     Fields are those of ``pliant stability --json``.
 
     Attributes
     ----------
     map : StabilityMap
-        Which steps the first scheme can take.
+        Stable steps of the first integrator.
     amplification : Table
-        What one step does to an oscillator, by ``integrator`` and ``z``, the step times the angular
-        frequency: the spectral radius ``measured``, and that by the ``formula`` of the scheme.
+        Amplification of an oscillator in one step, by ``integrator`` and ``z``, the step times the angular
+        frequency: the spectral radius ``measured``, and that from the ``formula`` of the integrator.
 
     Notes
     -----
@@ -596,21 +598,21 @@ class Stability(Table):
         )
 
     def plot(self, what: Literal["map", "amplification"] = "map", *, axes: _Axes | None = None) -> _Axes:
-        """Draw which steps the first scheme can take, or what a step of each does to an oscillator.
+        """Plot the stable steps of the first integrator, or the amplification of an oscillator by each.
 
-        It is drawn by matplotlib, which must be installed.
+        This requires matplotlib.
 
         Parameters
         ----------
         what : {"map", "amplification"}
-            Which.
+            Plot to draw.
         axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
+            Axes to draw into; default: new ones.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn into.
+            The axes.
 
         Examples
         --------
@@ -636,7 +638,7 @@ class Stability(Table):
             axes.set(
                 xlabel="step [s]",
                 ylabel=rows[about.against],
-                title=f"{about.integrator}: which steps it takes",
+                title=f"{about.integrator}: stable steps",
             )
             return axes
         curves = self.amplification
@@ -658,40 +660,40 @@ def stability(
     progress: bool = False,
     callback: Watcher | None = None,
 ) -> Stability:
-    """Find how large a step a scene can take, as ``pliant stability``.
+    """Find the largest stable step of a scene, as ``pliant stability``.
 
-    Limits are predicted, measured, and set against what the scene is made of.
+    Limits are predicted, measured, and mapped as a function of a parameter.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated.
+        The scene.
     integrators : sequence of str, optional
-        The schemes; all that move things, the scene's own first, without it. The map is of the first.
+        Integrators; default: all dynamic ones, the scene's own first. The map belongs to the first.
     against : {"young", "poisson", "density", "gravity"}, optional
-        What the map has beside the step; without it the stiffness, of scenes without one their mutual
-        gravity, or their masses.
+        Parameter of the map; default: the stiffness, or in scenes without one the mutual gravity, or the
+        density.
     quick : bool, default False
-        A coarse map.
+        True for a coarse map.
     progress : bool, default False
-        Whether to show each scheme on standard error.
+        True to show each integrator on standard error.
     callback : callable, optional
-        Called with ``{"limit": {...}, "drift": {...}}`` of each scheme that is done. What it raises ends the
+        Called with ``{"limit": {...}, "drift": {...}}`` of each finished integrator. An exception ends the
         search.
 
     Returns
     -------
     Stability
-        A table that plots.
+        Table with plots.
 
     Raises
     ------
     SceneError
-        The scene cannot be simulated; nothing in it can be varied so.
+        The scene cannot be simulated; it does not have the parameter of the map.
     ValueError
-        There is no such scheme; the scene is quasi-static.
+        There is no such integrator; the scene is quasi-static.
     KeyboardInterrupt
-        Ctrl-C, between two schemes.
+        Ctrl-C, between two integrators.
 
     Examples
     --------
@@ -714,7 +716,7 @@ def _limits(values: list[float | None]) -> list[float]:
 
 
 def _cells(axes: _Axes, grid: Array, kinds: list[str]) -> None:
-    """Cells in the colours of their kinds; -1 is none."""
+    """Draw cells in the colours of their kinds; -1 is empty."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -725,7 +727,7 @@ def _cells(axes: _Axes, grid: Array, kinds: list[str]) -> None:
 
 
 def _document(table: type[Table], report: str) -> None:
-    """Adds what the library says of the columns."""
+    """Add the descriptions of the columns from the library."""
     columns = "".join(f"\n    - ``{name}``: {text}" for name, text in _columns(report).items())
     table.__doc__ = f"{(table.__doc__ or '').rstrip()}\n{columns}\n    "
 

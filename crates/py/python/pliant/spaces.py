@@ -1,4 +1,4 @@
-"""Spaces and kinds of Gymnasium, and what takes their place where that is not installed."""
+"""Spaces and classes of Gymnasium, and their replacements if it is not installed."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 T = TypeVar("T")
 
-#: When environments that have ended start anew, by our names and those of Gymnasium.
+#: Modes of resetting environments that have ended: our names and those of Gymnasium.
 MODES = {"next-step": "NextStep", "same-step": "SameStep", "disabled": "Disabled"}
 
 
 class Box:
-    """Arrays between bounds: of Gymnasium's space of this name what is needed where that is not installed."""
+    """Arrays between bounds: replacement of Gymnasium's space of this name if it is not installed."""
 
     def __init__(self, low: npt.NDArray[Any], high: npt.NDArray[Any], dtype: Any) -> None:
         self.low, self.high, self.dtype = low.astype(dtype), high.astype(dtype), np.dtype(dtype)
@@ -23,15 +23,15 @@ class Box:
         self._random = np.random.default_rng()
 
     def seed(self, seed: int | None = None) -> None:
-        """Begin the numbers of `sample` anew."""
+        """Seed the random numbers of `sample`."""
         self._random = np.random.default_rng(seed)
 
     def sample(self) -> npt.NDArray[Any]:
-        """Numbers at random, where all bounds are finite."""
+        """Return random numbers; all bounds must be finite."""
         return self._random.uniform(self.low, self.high).astype(self.dtype)
 
     def contains(self, x: npt.NDArray[Any]) -> bool:
-        """Whether an array is in it."""
+        """Return True if an array is within the bounds."""
         return x.shape == self.shape and bool(((self.low <= x) & (x <= self.high)).all())
 
     __contains__ = contains
@@ -40,7 +40,7 @@ class Box:
 def boxes(
     bounds: Sequence[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], Any]], n: int
 ) -> tuple[list[Any], list[Any]]:
-    """Spaces between these bounds, of these types, for one environment and for n."""
+    """Return spaces with these bounds and types, for one environment and for n."""
     try:
         from gymnasium.spaces import Box as GymnasiumBox
         from gymnasium.vector.utils import batch_space
@@ -52,7 +52,7 @@ def boxes(
 
 
 def autoreset_mode(name: str) -> Any:
-    """Gymnasium's word for it; ours where that is not installed."""
+    """Return Gymnasium's mode; ours if Gymnasium is not installed."""
     try:
         from gymnasium.vector import AutoresetMode
     except ImportError:
@@ -61,7 +61,7 @@ def autoreset_mode(name: str) -> Any:
 
 
 def kind_of_gymnasium(kind: type[T]) -> type[T]:
-    """The class, as one that is a vector of environments of Gymnasium where that is installed."""
+    """Return the class, derived from Gymnasium's ``VectorEnv`` if that is installed."""
     try:
         from gymnasium.vector import VectorEnv
     except ImportError:

@@ -1,4 +1,4 @@
-"""Reports as tables: columns by name, with plots where matplotlib is installed."""
+"""Reports as tables: columns by name, with plots by matplotlib."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ Array = npt.NDArray[Any]
 
 
 class Table(Mapping[str, Array]):
-    """Columns of equal length by their names: a mapping from names to arrays.
+    """Table: a mapping from column names to arrays of equal length.
 
     Parameters
     ----------
     columns : mapping of str to array_like
-        The columns. Numbers that are None are NaN, texts that are None are empty.
+        Columns. None becomes NaN among numbers, and an empty text among texts.
     units : mapping of str to str, optional
         Unit of each column that has one.
     descriptions : mapping of str to str, optional
-        What columns are, with their units in brackets.
+        Descriptions of columns, with their units in brackets.
     shown : sequence of str, optional
-        Columns that are printed; all without it.
+        Columns to print; default: all.
 
     Attributes
     ----------
     units : dict of str to str
         Unit of each column that has one.
     descriptions : dict of str to str
-        What columns are.
+        Descriptions of columns.
     """
 
     def __init__(
@@ -72,12 +72,12 @@ class Table(Mapping[str, Array]):
         return len(next(iter(self._columns.values()), ()))
 
     def to_pandas(self) -> _pandas.DataFrame:
-        """The table as one of pandas, which must be installed. Columns of more than one axis are left out.
+        """Convert to a pandas table, without columns of more than one axis.
 
         Returns
         -------
         pandas.DataFrame
-            One row for each row.
+            Table with the same rows.
 
         Examples
         --------
@@ -106,7 +106,7 @@ class Table(Mapping[str, Array]):
 
 
 def _column(values: npt.ArrayLike) -> Array:
-    """None among numbers is NaN, among texts it is empty; where all are None it is NaN."""
+    """Replace None by NaN among numbers, by an empty text among texts, by NaN if all are None."""
     if not isinstance(values, list) or None not in values:
         return np.asarray(values)
     nothing: Any = "" if any(isinstance(value, str) for value in values) else float("nan")
@@ -114,7 +114,7 @@ def _column(values: npt.ArrayLike) -> Array:
 
 
 def axes_or_new(axes: _Axes | None) -> _Axes:
-    """Axes to draw into."""
+    """Return the axes to draw into."""
     if axes is not None:
         return axes
     import matplotlib.pyplot as plt

@@ -24,30 +24,30 @@ def simulate(
     every: int = 1,
     memory: int | None = None,
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Take steps of a scene; what follows can be differentiated by what went in.
+    """Run steps of a scene as a differentiable function.
 
-    The way back is one sweep of `Simulation.gradient`, which takes the steps once more: exact derivatives of
-    the steps that were taken. Steps run in double precision on the CPU; tensors of other types and devices
-    are converted, and gradients come back as theirs.
+    The backward pass is one sweep of `Simulation.gradient`, which repeats the steps: exact derivatives of the
+    computed steps. Steps run in double precision on the CPU; tensors of other types and devices are
+    converted, and gradients have the type and device of their tensor.
 
     Parameters
     ----------
     scene : Scene
-        What is simulated.
+        The scene.
     steps : int
-        How many steps are taken.
+        Number of steps.
     position : Tensor, optional
-        Positions at the start [m], shape (n, dim); those of the scene without it.
+        Initial positions [m], shape (n, dim); default: those of the scene.
     velocity : Tensor, optional
-        Velocities at the start [m/s], shape (n, dim); those of the scene without it.
+        Initial velocities [m/s], shape (n, dim); default: those of the scene.
     parameters : mapping of str to Tensor, optional
-        Numbers of the scene in SI units by their names, ``{"body.beam.elastic.young": young}``, as
-        `Simulation.gradient_names` has them; ``"world.gravity"`` has shape (dim,), a field of moduli,
-        ``"body.beam.elastic.young_per_element"``, shape (elements,).
+        Parameters of the scene in SI units by name, ``{"body.beam.elastic.young": young}``, from
+        `Simulation.gradient_names`; ``"world.gravity"`` has shape (dim,),
+        ``"body.beam.elastic.young_per_element"`` shape (elements,).
     every : int
-        How many steps lie between states that are returned.
+        Number of steps between returned states.
     memory : int, optional
-        Bytes for states on the way back, as for `Simulation.gradient`.
+        Bytes for stored states in the backward sweep, as in `Simulation.gradient`.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def simulate(
     ValueError
         `steps` is no multiple of `every`, or something in the scene has no derivative.
     StepError
-        A step cannot be taken.
+        A step fails.
     """
     given = dict(parameters or {})
     run = Run(scene, steps, list(given), every, memory)
@@ -74,7 +74,7 @@ def simulate(
 
 
 class _Simulate(torch.autograd.Function):
-    """A run forwards and back."""
+    """Forward and backward pass of a run."""
 
     @staticmethod
     def forward(ctx: Any, run: Run, *inputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -95,7 +95,7 @@ class _Simulate(torch.autograd.Function):
 
 
 def _array(tensor: torch.Tensor) -> Array:
-    """As NumPy has it; the same memory where it is on the CPU in double precision."""
+    """Return a NumPy array, without a copy if the tensor is on the CPU in double precision."""
     return np.asarray(tensor.detach().to("cpu", torch.float64).numpy(), dtype=np.float64, order="C")
 
 

@@ -1,4 +1,4 @@
-"""Recordings: what `Simulation.run` and ``pliant run`` write."""
+"""Recordings of `Simulation.run` and ``pliant run``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-#: Rows of vertex numbers of each kind of cell, as attachments have them, and their names in meshio and VTK.
+#: Number of vertices of each kind of cell in attachments, and its names in meshio and VTK.
 _CELLS = {
     "vertex": (1, "vertex", 1),
     "edge": (2, "line", 3),
@@ -51,7 +51,7 @@ class _Block:
     cells: npt.NDArray[np.uint32]
 
     def data(self, values: Array, rows: tuple[int, int] | None) -> Array:
-        """The rows of the body, given its first and their number; NaN where its cells are no elements."""
+        """Return the rows of the body, from first row and count; NaN for cells that are not elements."""
         width = values.shape[1]
         if rows is not None and rows[1] == len(self.cells):
             own = values[rows[0] : rows[0] + rows[1]]
@@ -62,7 +62,7 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Mesh:
-    """A frame as `export` writes it, in 3D; data of cells block by block."""
+    """Frame as written by `export`, in 3D; data of cells block by block."""
 
     time: float
     points: Array
@@ -72,19 +72,19 @@ class _Mesh:
 
 
 class Frames:
-    """Rows of every frame, read when they are asked for: a lazy array.
+    """Lazy array of the rows of all frames, which are read on access.
 
-    An index gives a frame, of shape (rows, columns), a slice or a list of indices several, of shape (frames,
-    rows, columns). ``numpy.asarray`` and ``[:]`` read all.
+    An index returns one frame, of shape (rows, columns), a slice or a list of indices several, of shape
+    (frames, rows, columns). ``numpy.asarray`` and ``[:]`` read all.
 
     Attributes
     ----------
     shape : tuple of int
-        Frames, rows, columns.
+        Numbers of frames, rows, columns.
     dtype : numpy.dtype
-        That of float64.
+        Data type, float64.
     ndim : int
-        3.
+        Number of axes, 3.
     """
 
     def __init__(self, recording: Recording, name: str, shape: tuple[int, int, int]) -> None:
@@ -140,12 +140,12 @@ class Frames:
 
 
 class Trajectory:
-    """The frames of a recording, read when they are asked for.
+    """Frames of a recording, read on access.
 
     Parameters
     ----------
     path : str or os.PathLike
-        The file, as for `load`.
+        File, as for `load`.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class Trajectory:
     def positions(self) -> Frames:
         """Frames, shape (F, n, dim): Positions [m].
 
-        Of all bodies, one after the other, and of obstacles behind them; `topology` has the numbers of each.
+        The order is: all bodies, then obstacles; `topology` has the vertex numbers of each.
         """
         return Frames(self._recording, "positions", (len(self), self.vertex_count, self.dimension))
 
@@ -189,23 +189,23 @@ class Trajectory:
         return Frames(self._recording, "velocities", (len(self), self.vertex_count, self.dimension))
 
     def measure(self, name: str) -> Frames:
-        """A measure of every finite element, or of every vertex.
+        """Return a measure of every finite element, or of every vertex.
 
         Parameters
         ----------
         name : str
-            A channel of the recording: ``"von-mises"``, ``"green-strain"``, ...; ``"nodal-von-mises"``,
+            Channel of the recording: ``"von-mises"``, ``"green-strain"``, ...; ``"nodal-von-mises"``,
             ``"nodal-stress"`` for vertices.
 
         Returns
         -------
         Frames, shape (F, m, k)
-            The k numbers of the measure for each of m elements or vertices; NaN at vertices of no element.
+            The k components of the measure of m elements or vertices; NaN at vertices without elements.
 
         Raises
         ------
         KeyError
-            The recording does not have it.
+            The recording has no such channel.
 
         Examples
         --------
@@ -219,7 +219,7 @@ class Trajectory:
     def energy(self) -> dict[str, Array]:
         """dict of str to ndarray of float64, shape (F,): Energies [J], momenta and work, by name.
 
-        They are those of the channel ``energy``.
+        They come from the channel ``energy``.
 
         Examples
         --------
@@ -232,7 +232,7 @@ class Trajectory:
     def reactions(self) -> dict[str, Array]:
         """dict of str to ndarray of float64, shape (F,): Forces [N] and moments [N m] of pins, by name.
 
-        They are NaN where a pin has let go.
+        They are NaN after the release of a pin.
 
         Examples
         --------
@@ -242,18 +242,18 @@ class Trajectory:
         return self._recording.reactions()
 
     def contacts(self, frame: int = -1) -> dict[str, Any]:
-        """Return the surfaces that touch in a frame.
+        """Return the active contact pairs of a frame.
 
         Parameters
         ----------
         frame : int
-            Number of the frame, from the end where it is negative.
+            Number of the frame; negative ones count from the end.
 
         Returns
         -------
         dict
-            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"``
-            [m], ``"forces"`` and ``"friction"`` [N]; zero friction in recordings that do not have it.
+            Data as in :meth:`Simulation.contacts`: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"``
+            [m], ``"forces"`` and ``"friction"`` [N]; zero friction in recordings without it.
 
         Raises
         ------
@@ -273,18 +273,18 @@ class Trajectory:
         return self._recording.contacts(frame % count)
 
     def probe(self, name: str) -> dict[str, Array]:
-        """Read a probe over time.
+        """Return the readings of a probe over time.
 
         Parameters
         ----------
         name : str
-            Its name.
+            Name of the probe.
 
         Returns
         -------
         dict of str to ndarray of float64, shape (F,)
-            By name, as ``/probe`` channels have them: ``time`` [s], ``position[0]`` [m], ``cauchy_stress[3]``
-            [Pa], ...
+            Readings by name, as in ``/probe`` channels: ``time`` [s], ``position[0]`` [m],
+            ``cauchy_stress[3]`` [Pa], ...
 
         Examples
         --------
@@ -295,14 +295,14 @@ class Trajectory:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """dict of str to object: What is in the file and how the run ended, as ``pliant info --json``."""
+        """dict of str to object: Contents of the file and outcome of the run, as ``pliant info --json``."""
         if self._info is None:
             self._info = self._recording.info()
         return self._info
 
     @property
     def scene(self) -> Scene:
-        """Scene: What was simulated; files that it names are relative to the working directory."""
+        """Scene: The simulated scene; its file names are relative to the working directory."""
         text = self._recording.attachment("scene.toml")
         if text is None:
             raise KeyError(f"{self.path} does not say what scene it is of")
@@ -326,7 +326,7 @@ class Trajectory:
 
     @property
     def topology(self) -> dict[str, dict[str, npt.NDArray[np.uint32]]]:
-        """dict of str to dict: The cells of each body by its name, rows of vertex numbers.
+        """dict of str to dict: Cells of each body by name, as rows of vertex numbers.
 
         Kinds of cells are ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``quad``, ``hex``, and
         ``surface``, the triangles of a solid's skin.
@@ -342,7 +342,7 @@ class Trajectory:
         return topology
 
     def _blocks(self) -> list[_Block]:
-        """Cells of all bodies as `export` writes them.
+        """Return the cells of all bodies as written by `export`.
 
         They are finite elements and triangles, else springs, else the vertices themselves.
         """
@@ -360,12 +360,12 @@ class Trajectory:
         return blocks
 
     def _measures(self, of: Literal["elements", "vertices"]) -> list[str]:
-        """Measures of elements or vertices that the recording has."""
+        """Return the recorded measures of elements or vertices."""
         topics, prefix = (topic["topic"] for topic in self.metadata["topics"]), f"/{of}/"
         return [topic.removeprefix(prefix) for topic in topics if topic.startswith(prefix)]
 
     def _mesh(self, frame: int) -> _Mesh:
-        """All that `export` writes of a frame, in 3D."""
+        """Return the data of a frame that `export` writes, in 3D."""
 
         def in_space(rows: Array) -> Array:
             padded = np.zeros((len(rows), 3))
@@ -394,20 +394,20 @@ class Trajectory:
         return _Mesh(float(self.times[frame]), points, point_data, blocks, cell_data)
 
     def to_meshio(self, frame: int = -1) -> _meshio.Mesh:
-        """A frame as a mesh of meshio, which must be installed.
+        """Convert a frame to a mesh of meshio, which must be installed.
 
         Parameters
         ----------
         frame : int, default -1
-            Which.
+            Number of the frame.
 
         Returns
         -------
         meshio.Mesh
-            What `export` writes: as data of points ``velocity`` [m/s], ``displacement`` [m] and every measure
-            of vertices that was recorded (with ``nodal-stress`` also ``principal-1`` to ``principal-3``),
-            as data of cells the number of the ``body`` and every measure of the elements that was recorded,
-            NaN for points and cells that are none of elements. In 2D, z is 0.
+            Mesh with point data ``velocity`` [m/s], ``displacement`` [m] and all recorded measures of
+            vertices (with ``nodal-stress`` also ``principal-1`` to ``principal-3``), and cell data, the
+            number of the ``body`` and all recorded measures of elements; NaN for points and cells without
+            elements. In 2D, z is 0.
 
         Examples
         --------
@@ -421,17 +421,17 @@ class Trajectory:
         return meshio.Mesh(mesh.points, cells, point_data=mesh.point_data, cell_data=mesh.cell_data)
 
     def to_pyvista(self, frame: int = -1) -> _pyvista.UnstructuredGrid:
-        """A frame as a grid of PyVista, which must be installed.
+        """Convert a frame to a grid of PyVista, which must be installed.
 
         Parameters
         ----------
         frame : int, default -1
-            Which.
+            Number of the frame.
 
         Returns
         -------
         pyvista.UnstructuredGrid
-            With the data of `to_meshio`, and the time [s] as ``field_data["TimeValue"]``.
+            Grid with the data of `to_meshio`, and the time [s] as ``field_data["TimeValue"]``.
 
         Examples
         --------
@@ -453,21 +453,21 @@ class Trajectory:
         return grid
 
     def view(self, *, max_bytes: int = 2_000_000, height: int = 480) -> View:
-        """The recording as a page that plays it, for notebooks and files, as ``pliant view``.
+        """Return a page that plays the recording, for notebooks and files, as ``pliant view``.
 
         Parameters
         ----------
         max_bytes : int, default 2000000
-            Bytes of data in the page, before it is encoded. What does not fit is left out: frames first,
-            evenly; the page says so.
+            Bytes of data in the page before encoding. If data do not fit, frames are omitted first, evenly;
+            the page says so.
         height : int, default 480
             Height in a notebook [pixel].
 
         Returns
         -------
         View
-            Shown by a notebook where it is the last of a cell; ``.save("run.html")`` and ``.open()``
-            elsewhere.
+            View that a notebook shows as the last expression of a cell; elsewhere use ``.save("run.html")``
+            or ``.open()``.
 
         Raises
         ------
@@ -481,20 +481,20 @@ class Trajectory:
         return View(self.path, max_bytes, height)
 
     def plot(self, quantity: str = "energy", *, axes: _Axes | None = None) -> _Axes:
-        """Draw energies, reactions or a probe over time, by matplotlib, which must be installed.
+        """Plot energies, reactions or a probe over time, with matplotlib.
 
         Parameters
         ----------
         quantity : str, default "energy"
-            ``"energy"`` for what the bodies have, ``"reactions"`` for forces of pins and walls, another name
-            of `energy`, or the name of a probe for its way.
+            ``"energy"`` for the energies of the bodies, ``"reactions"`` for forces of pins and walls, another
+            name of `energy`, or the name of a probe for its position.
         axes : matplotlib.axes.Axes, optional
-            Where; new ones by default.
+            Axes to draw into; default: new ones.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn into.
+            The axes.
 
         Raises
         ------
@@ -538,44 +538,44 @@ class Trajectory:
         Parameters
         ----------
         to : str or os.PathLike
-            The picture: ``.png``, ``.gif`` or ``.svg``.
+            File to write: ``.png``, ``.gif`` or ``.svg``.
         at : float, optional
-            The frame nearest to this time [s] alone; by default the last one for ``.png`` and ``.svg``, an
-            animation else.
+            Draw only the frame nearest to this time [s]; default: the last one for ``.png`` and ``.svg``,
+            else an animation.
         frames : int, optional
-            How many, evenly spread: side by side in a ``.png``, one after the other in an animation.
+            Number of evenly spaced frames: side by side in a ``.png``, one after the other in an animation.
         fps : int, optional
-            Frames a second of an animation.
+            Frames per second of an animation.
         speed : float, default 1
-            How much faster than the motion an animation is.
+            Speed of an animation relative to real time.
         size : (int, int), optional
             Width and height of a frame [pixel].
         colour_by : str, default "body"
             ``"body"``, ``"speed"``, ``"displacement"`` or a recorded measure.
         value_range : (float, float), optional
-            Numbers at the ends of the colour scale; by default the least and the largest that occur.
+            Limits of the colour scale; default: smallest and largest value.
         camera : (float, float), optional
-            Turn from the front towards +x and height above the horizon [degree].
+            Angle from the front towards +x and angle above the horizon [degree].
         theme : {"light", "dark"}
             Colours of the background.
         transparent : bool, default False
-            Whether the background is left out.
+            True for a transparent background.
         bare : bool, default False
-            Whether title, time and colour scale are left out.
+            True to omit title, time and colour scale.
         overwrite : bool, default False
-            Whether the picture may be there already.
+            True to replace an existing picture.
 
         Returns
         -------
         pathlib.Path
-            The picture.
+            The file.
 
         Raises
         ------
         FileExistsError
-            It is there.
+            The file exists.
         ValueError
-            A number or a name is none that can be drawn; what would be right is said.
+            A number or a name is not valid; the message says what is.
 
         Examples
         --------
@@ -603,7 +603,7 @@ class Trajectory:
         return path
 
     def _columns(self, quantity: str) -> tuple[Array, dict[str, Array], str]:
-        """Times, series by name and the label of their axis."""
+        """Return times, series by name and the label of their axis."""
         topics = {topic["topic"] for topic in self.metadata["topics"]}
         if quantity == "energy" and "/energy" in topics:
             found, names, label = (
@@ -641,27 +641,27 @@ class Trajectory:
         Parameters
         ----------
         to : str or os.PathLike
-            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a
-            single frame, ``.html`` for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays,
+            Folder or file: ``.pvd`` for a series of ``.vtu`` next to it, ``.vtu`` or ``.obj`` for a single
+            frame, ``.html`` for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays,
             ``.csv`` for energies, reactions, probes and extremes of measures.
         frames : int or slice, default all
-            Which.
+            Frames to write.
         overwrite : bool, default False
-            Whether files may be there already.
+            True to replace existing files.
 
         Returns
         -------
         list of pathlib.Path
-            The files of the frames, and the ``.pvd`` last.
+            Files of the frames, with the ``.pvd`` last.
 
         Raises
         ------
         FileExistsError
-            One of them is there.
+            A file exists.
         IndexError
             There is no such frame.
         ValueError
-            Nothing is chosen, or the name is none of these.
+            No frame is chosen, or the ending is not supported.
 
         Examples
         --------
@@ -678,7 +678,7 @@ class Trajectory:
         return self._recording.export(to, (start, end, step), overwrite)
 
     def to_pandas(self) -> _pandas.DataFrame:
-        """The channel ``energy`` as a table of pandas, which must be installed.
+        """Convert the channel ``energy`` to a table of pandas, which must be installed.
 
         Returns
         -------
@@ -701,19 +701,19 @@ def load(path: str | PathLike[str]) -> Trajectory:
     Parameters
     ----------
     path : str or os.PathLike
-        A complete ``.mcap`` file of `Simulation.run` or ``pliant run``.
+        Complete ``.mcap`` file of `Simulation.run` or ``pliant run``.
 
     Returns
     -------
     Trajectory
-        Its frames, read when they are asked for.
+        Frames of the recording, read on access.
 
     Raises
     ------
     FileNotFoundError, OSError
-        It is not there, or cannot be read.
+        The file does not exist, or cannot be read.
     ValueError
-        It is no recording, damaged, or unfinished (``pliant recover`` makes it whole).
+        The file is not a recording, damaged, or unfinished (``pliant recover`` repairs it).
 
     Examples
     --------
@@ -727,26 +727,26 @@ def load(path: str | PathLike[str]) -> Trajectory:
 def recover(
     part: str | PathLike[str], to: str | PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Trajectory:
-    """Make a complete file of what a killed run left, as ``pliant recover``.
+    """Make the recording of a killed run readable, as ``pliant recover``.
 
     Parameters
     ----------
     part : str or os.PathLike
-        What it left, ending in ``.part``.
+        Partial recording, ending in ``.part``.
     to : str or os.PathLike, optional
-        The file to write; the name without ``.part`` without it.
+        File to write; default: the name without ``.part``.
     overwrite : bool, default False
-        Whether it may be there already.
+        True to replace an existing file.
 
     Returns
     -------
     Trajectory
-        With all frames that are complete.
+        Recording with all complete frames.
 
     Raises
     ------
     FileExistsError
-        The file is there, or the run is still going.
+        The file exists, or the run is not finished.
     FileNotFoundError, OSError, ValueError
         There is no such file, or it cannot be read.
 

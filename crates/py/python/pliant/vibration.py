@@ -1,4 +1,4 @@
-"""Natural modes, and how a blow sounds."""
+"""Natural modes, and the sound of an impact."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Modes(Table):
     """Natural modes, by frequency.
 
     Columns are ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z``
-    (shares of the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with
-    ``shape^T M shape = 1`` [kg^-1/2].
+    (effective mass along each axis, as a fraction of the free mass) and ``shape``, of shape (count, n, dim),
+    with ``shape^T M shape = 1`` [kg^-1/2].
 
     Attributes
     ----------
     rest : ndarray of float64, shape (n, dim)
-        Positions that the modes are about [m].
+        Equilibrium positions of the modes [m].
     free_coordinates : int
-        Coordinates that are free to move.
+        Number of unknowns.
     mass_matrix : str
-        ``"consistent"`` with the shape functions of quadratic elements of one density, ``"lumped"`` as in
-        steps without any.
+        ``"consistent"`` with the shape functions for quadratic elements of one density, else ``"lumped"``, as
+        in steps.
     """
 
     def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
@@ -51,21 +51,21 @@ class Modes(Table):
         self.mass_matrix: str = found["mass_matrix"]
 
     def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
-        """Draw a mode shape beside where it is about, projected to x and y; by matplotlib, if installed.
+        """Plot a mode shape and the equilibrium, projected to x and y, with matplotlib.
 
         Parameters
         ----------
         mode : int, default 0
-            Which.
+            Number of the mode.
         axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
+            Axes to draw into; default: new ones.
         size : float, default 0.1
-            Largest displacement as a part of the size of the body.
+            Largest displacement as a fraction of the size of the body.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn into.
+            The axes.
 
         Examples
         --------
@@ -77,7 +77,7 @@ class Modes(Table):
         shape = self["shape"][mode]
         extent = float(np.ptp(self.rest, axis=0).max())
         moved = self.rest + shape * (size * extent / max(float(np.abs(shape).max()), 1e-300))
-        axes.plot(*self.rest[:, :2].T, ".", color="0.8", label="at rest")
+        axes.plot(*self.rest[:, :2].T, ".", color="0.8", label="equilibrium")
         axes.plot(*moved[:, :2].T, ".", label=f"mode {mode}")
         axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['frequency'][mode]:.6g} Hz")
         axes.legend()
@@ -85,24 +85,24 @@ class Modes(Table):
 
 
 def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
-    """Natural frequencies and mode shapes, as ``pliant modes``.
+    """Compute natural frequencies and mode shapes, as ``pliant modes``.
 
     Parameters
     ----------
     scene : Scene or Simulation
-        A scene is looked at where it starts, a simulation where it is: in a stable equilibrium.
+        Scene at its initial state, or simulation at its current state, which must be a stable equilibrium.
     count : int, default 10
-        How many, from the lowest.
+        Number of modes, from the lowest.
 
     Returns
     -------
     Modes
-        A table that plots.
+        Table with plots.
 
     Raises
     ------
     RuntimeError
-        There is no stable equilibrium, or nothing that vibrates.
+        The state is not a stable equilibrium, or nothing can vibrate.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
 
 
 class Sound(Table):
-    """What is heard of a blow, one row for each tone.
+    """Sound of an impact, one row per tone.
 
     Columns are ``mode``, from 0, ``frequency`` [Hz], ``decay`` [1/s] and ``amplitude`` [1/kg], velocity per
     impulse.
@@ -123,11 +123,11 @@ class Sound(Table):
     Attributes
     ----------
     samples : ndarray of float64, shape (seconds * rate,)
-        The sound, the largest sample a decibel below 1.
+        Samples; the largest one is a decibel below 1.
     rate : int
-        Samples a second [Hz].
+        Sample rate [Hz].
     silent : dict of str to int
-        Modes that are not heard: ``rigid``, ``above_nyquist``, ``overdamped``, ``not_struck``.
+        Numbers of silent modes: ``rigid``, ``above_nyquist``, ``overdamped``, ``not_struck``.
     """
 
     def __init__(self, found: dict[str, Any], samples: Array, rate: int) -> None:
@@ -143,9 +143,9 @@ class Sound(Table):
         Parameters
         ----------
         path : str or os.PathLike
-            The file; what is there is replaced.
+            File to write; an existing one is replaced.
         bits : {16, 24}
-            Of each sample.
+            Bits per sample.
 
         Examples
         --------
@@ -174,38 +174,38 @@ def sound(
     seconds: float = 2.0,
     rate: int = 48_000,
 ) -> Sound:
-    """How a body sounds that is struck, as ``pliant modes --sound``.
+    """Compute the sound of an impact on a body, as ``pliant modes --sound``.
 
     Parameters
     ----------
     scene : Scene or Simulation
-        A scene is struck where it starts, a simulation where it is: in a stable equilibrium.
+        Scene at its initial state, or simulation at its current state, which must be a stable equilibrium.
     strike : int
-        The vertex that is struck.
+        Vertex of the impact.
     direction : array_like, shape (dim,)
-        Direction of the blow, of any length but zero.
+        Direction of the impact, of any nonzero length.
     listen : int, optional
-        The vertex whose motion along `direction` is heard; the struck one without it.
+        Vertex whose motion along `direction` is heard; default: that of the impact.
     count : int, default 30
-        How many modes, from the lowest.
+        Number of modes, from the lowest.
     rayleigh : tuple of float, optional
-        ``(alpha, beta)`` [1/s, s] of damping ``alpha M + beta K`` in place of the scene's.
+        ``(alpha, beta)`` [1/s, s] of damping ``alpha M + beta K``, instead of the scene's.
     seconds : float, default 2.0
-        How long [s].
+        Duration [s].
     rate : int, default 48000
-        Samples a second [Hz].
+        Sample rate [Hz].
 
     Returns
     -------
     Sound
-        Its tones, and samples.
+        Tones and samples.
 
     Raises
     ------
     ValueError
-        There is no such vertex, it is held, or the direction is none.
+        There is no such vertex, it is pinned, or the direction is not valid.
     RuntimeError
-        There is no stable equilibrium, or nothing is heard.
+        The state is not a stable equilibrium, or there is no tone.
 
     Examples
     --------

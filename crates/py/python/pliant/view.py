@@ -1,4 +1,4 @@
-"""Recordings and states as pages and pictures, in notebooks and files."""
+"""Views of recordings and states, as pages and pictures, in notebooks and files."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from ._pliant import Simulation, _live, _page, _picture
 
 
 class View:
-    """A recording as the page that ``pliant view`` makes, with a picture where pages are not shown.
+    """View of a recording: the page of ``pliant view``, and a picture as a fallback.
 
-    A notebook shows it where it is the last of a cell: the page in a frame of its own without network,
-    cookies or server; where pages are not shown (GitHub, untrusted notebooks), the picture.
+    A notebook shows it as the last expression of a cell: the page in a frame without network, cookies or
+    server, or the picture where pages are not shown (GitHub, untrusted notebooks).
 
     Attributes
     ----------
     html : str
-        The page.
+        HTML page.
     png : bytes
-        The picture.
+        PNG picture.
     frames, frame_count : int
-        Frames in the page, and of the recording.
+        Numbers of frames in the page and in the recording.
     left_out : list of str
-        Colourings that found no place in the page.
+        Colourings that did not fit into the page.
     height : int
         Height in a notebook [pixel].
     """
@@ -68,9 +68,9 @@ class View:
         Parameters
         ----------
         to : str or os.PathLike
-            The file; its ending says which.
+            File to write; its ending decides.
         overwrite : bool, default False
-            Whether it may be there already.
+            True to replace an existing file.
 
         Returns
         -------
@@ -80,9 +80,9 @@ class View:
         Raises
         ------
         FileExistsError
-            It is there.
+            The file exists.
         ValueError
-            The ending is neither.
+            The ending is neither ``.html`` nor ``.png``.
 
         Examples
         --------
@@ -98,7 +98,7 @@ class View:
         return path
 
     def open(self) -> Path:
-        """Show the page in the browser, from a temporary file that stays.
+        """Show the page in the browser, from a temporary file that is kept.
 
         Returns
         -------
@@ -117,18 +117,18 @@ class View:
 
 
 class LiveView:
-    """A copy of a simulation that runs in a page, as in ``pliant live``.
+    """Copy of a simulation that runs live in a page, as in ``pliant live``.
 
-    A thread of this process serves the page on loopback, at a random port and an address that nobody can
-    guess; pages of other machines are refused, and frames around it that are not of this machine. A notebook
-    shows it where it is the last of a cell.
+    A thread of this process serves the page on loopback, at a random port and a secret address; other
+    machines, and frames from other machines, are refused. A notebook shows it as the last expression of a
+    cell.
 
     Attributes
     ----------
     url : str
-        The address of the page.
+        Address of the page.
     is_running : bool
-        Whether the page is still served.
+        True while the page is served.
     height : int
         Height in a notebook [pixel].
     """
@@ -141,12 +141,12 @@ class LiveView:
 
     @property
     def url(self) -> str:
-        """str: The address of the page."""
+        """str: Address of the page."""
         return self._run.url
 
     @property
     def is_running(self) -> bool:
-        """bool: Whether the page is still served."""
+        """bool: True while the page is served."""
         return self._run.is_running
 
     def __repr__(self) -> str:
@@ -165,7 +165,7 @@ class LiveView:
         Returns
         -------
         str
-            Its address.
+            Address of the page.
 
         Examples
         --------
@@ -177,18 +177,18 @@ class LiveView:
         return self.url
 
     def stop(self) -> Simulation:
-        """End the page.
+        """Stop serving the page.
 
         Returns
         -------
         Simulation
-            Where it was, with the parameters that were set in the page; pins that were turned off are on
-            again.
+            Simulation in its last state, with the parameters set in the page; pins that were turned off are
+            on again.
 
         Raises
         ------
         RuntimeError
-            It has been stopped before.
+            The page has been stopped before.
 
         Examples
         --------
@@ -207,7 +207,7 @@ class LiveView:
 
 
 def _of_state(simulation: Simulation, max_bytes: int, height: int) -> View:
-    """The present state, by way of a recording of one frame that is removed."""
+    """Return a view of the current state, from a temporary recording of one frame."""
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         # They are said by runs; no step is taken here.
         warnings.simplefilter("ignore", RuntimeWarning)

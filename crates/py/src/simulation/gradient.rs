@@ -175,7 +175,7 @@ impl Inner {
     /// Steps that are left of the duration of the scene, where all are of one size.
     fn steps_left(&self) -> PyResult<u64> {
         if self.simulation.step_control().is_some() {
-            return Err(PyValueError::new_err("give `steps`: the sizes of steps follow the error"));
+            return Err(PyValueError::new_err("give `steps`: the step size is adaptive"));
         }
         let left = self.scene.scene.time.duration - self.simulation.state().time;
         Ok((left / self.simulation.step_size()).round().max(0.0) as u64)
@@ -184,51 +184,51 @@ impl Inner {
 
 #[pymethods]
 impl PySimulation {
-    /// Take steps, and the derivatives of a loss over the states from the present one to the last.
+    /// Run steps, and compute derivatives of a loss over the states from the current one to the last.
     ///
-    /// They are exact derivatives of the steps as they were taken, by one run forwards and one backwards,
-    /// for any number of parameters. The simulation is where the steps have led afterwards.
+    /// They are exact derivatives of the computed steps, from one forward and one backward sweep, for any
+    /// number of parameters. The simulation is in the last state afterwards.
     ///
     /// Parameters
     /// ----------
     /// loss : callable
-    ///     Called with a `Frame` for each state, from the last to the first. It returns what that state adds
-    ///     to the loss and its derivatives, ``(value, by_positions)`` or ``(value, by_positions,
-    ///     by_velocities)``, arrays of shape (n, dim) or None for zero; or None where the state adds nothing.
+    ///     Called with a `Frame` for each state, from the last to the first. It returns the contribution of
+    ///     the state to the loss and its derivatives, ``(value, by_positions)`` or ``(value, by_positions,
+    ///     by_velocities)``, arrays of shape (n, dim) or None for zero; or None for no contribution.
     /// with_respect_to : str or list of str
-    ///     Names of what the derivatives are taken by: ``"position"``, ``"velocity"``, ``"world.gravity"``,
+    ///     Names of variables: ``"position"``, ``"velocity"``, ``"world.gravity"``,
     ///     ``"body.NAME.elastic.young"``. ``"forces"`` are forces on the vertices in each step, of shape
-    ///     (steps, n, dim); ``"pins"`` displacements of what is held from each state on, (steps + 1, n, dim).
-    ///     A name that is none is answered with all that are.
+    ///     (steps, n, dim); ``"pins"`` displacements of pinned vertices from each state on, (steps + 1, n,
+    ///     dim). An unknown name raises an error that lists the valid ones.
     /// steps : int, optional
-    ///     How many steps to take; as many as are left of the scene's duration without it.
+    ///     Number of steps; default: the rest of the scene's duration.
     /// times : sequence of float, optional
-    ///     In place of `steps`: times, ascending [s], that steps land on; the run ends at the last. Of fixed
-    ///     sizes are as many as come nearest to that.
+    ///     Alternative to `steps`: ascending times [s] that steps hit; the run ends at the last. Steps of
+    ///     fixed size hit the nearest times.
     /// memory : int, optional
-    ///     Bytes for states: where they do not fit, parts of the run are taken twice or more. All of them
-    ///     without it.
+    ///     Bytes for stored states; if they do not fit, parts of the run are repeated. Default: store all.
     ///
     /// Returns
     /// -------
     /// Gradient
-    ///     The loss, and its derivatives by name.
+    ///     Loss, and its derivatives by name.
     ///
     /// Raises
     /// ------
     /// KeyError
     ///     A name has no derivative.
     /// ValueError
-    ///     The scheme, or something in the scene, has none; the loss is not finite; the derivatives overflow;
-    ///     both `steps` and `times` are given; times do not ascend, or are not after the present one.
+    ///     The integrator, or something in the scene, has no derivative; the loss is not finite; the
+    ///     derivatives overflow; both `steps` and `times` are given; times do not ascend, or are not after
+    ///     the current one.
     /// StepError
-    ///     A step cannot be taken.
+    ///     A step fails.
     /// KeyboardInterrupt
     ///     Ctrl-C.
     ///
     /// Notes
     /// -----
-    /// Where step sizes follow the error, a run before finds them, and derivatives are those at these sizes.
+    /// With an adaptive step size, a preceding run determines the step sizes, which are then fixed.
     ///
     /// Examples
     /// --------
@@ -285,23 +285,22 @@ impl PySimulation {
         self.shown(py, &with_respect_to, &selection, &found)
     }
 
-    /// Take steps, and the change of the last state by a change of the present one.
+    /// Run steps, and compute the change of the last state by a change of the current one.
     ///
-    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian
-    /// with a vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is
-    /// where the steps have led afterwards.
+    /// It is the directional derivative of the computed steps (the product of their Jacobian with a vector):
+    /// the transpose of `gradient`, and equally exact. The simulation is in the last state afterwards.
     ///
     /// Parameters
     /// ----------
     /// position : array_like, optional
-    ///     Change of the positions, shape (n, dim) [m per unit of whatever changes them]; zero without it.
-    ///     Held vertices change with the places where they are held.
+    ///     Change of the positions, shape (n, dim) [m per unit of the variable]; default: zero. Pinned
+    ///     vertices move with their pins.
     /// velocity : array_like, optional
-    ///     Change of the velocities, shape (n, dim) [m/s per that unit]; zero without it, and where held.
+    ///     Change of the velocities, shape (n, dim) [m/s per unit]; default: zero. Zero at pinned vertices.
     /// parameters : dict of str to float or array_like, optional
-    ///     Changes of parameters by their names, as for `gradient`, of its shapes.
+    ///     Changes of parameters by name, with the names and shapes of `gradient`.
     /// steps : int, optional
-    ///     How many steps to take; as many as are left of the scene's duration without it.
+    ///     Number of steps; default: the rest of the scene's duration.
     ///
     /// Returns
     /// -------
@@ -312,12 +311,12 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     The scheme, or something in the scene, has no derivative: as for `gradient`, and damping in fully
-    ///     implicit schemes; the changes overflow; an array has another shape.
+    ///     The integrator, or something in the scene, has no derivative: as for `gradient`, and damping in
+    ///     fully implicit integrators; the changes overflow; an array has the wrong shape.
     /// KeyError
     ///     A parameter has no derivative.
     /// StepError
-    ///     A step cannot be taken.
+    ///     A step fails.
     /// KeyboardInterrupt
     ///     Ctrl-C.
     ///
@@ -372,30 +371,30 @@ impl PySimulation {
         PyTuple::new(py, [position?, velocity?])
     }
 
-    /// Take steps, twice, and the product of the Gauss-Newton matrix of a loss with a direction.
+    /// Run steps twice, and compute the product of the Gauss-Newton matrix of a loss with a direction.
     ///
-    /// Of a loss ``sum of l_k(x_k, v_k)`` it is ``G d = sum of J_k^T (d2 l_k) J_k d``, with the Jacobians of
-    /// the states: what the Hessian is where residuals are zero, and what solvers of least squares ask for.
-    /// Second derivatives of states are not in it. The simulation is where the steps have led afterwards.
+    /// For a loss ``sum of l_k(x_k, v_k)`` it is ``G d = sum of J_k^T (d2 l_k) J_k d``, with the Jacobians of
+    /// the states: the Hessian if residuals are zero, as used by least-squares solvers, without second
+    /// derivatives of states. The simulation is in the last state afterwards.
     ///
     /// Parameters
     /// ----------
     /// curvature : callable
     ///     Called with a `Frame`, the change of its positions [m per unit] and of its velocities [m/s per
     ///     unit], shape (n, dim), for each state from the first to the last. It returns the product of the
-    ///     second derivatives of that state's part of the loss with these changes, ``by_positions`` or
-    ///     ``(by_positions, by_velocities)``; or None where the state adds nothing.
+    ///     second derivatives of the state's contribution to the loss with these changes, ``by_positions`` or
+    ///     ``(by_positions, by_velocities)``; or None for no contribution.
     /// direction : dict of str to float or array_like
-    ///     Changes by name, of the names and shapes that `gradient` knows; the product has the same names.
+    ///     Changes by name, with the names and shapes of `gradient`; the product has the same names.
     /// steps : int, optional
-    ///     How many steps to take; as many as are left of the scene's duration without it.
+    ///     Number of steps; default: the rest of the scene's duration.
     /// memory : int, optional
-    ///     Bytes for states, as for `gradient`.
+    ///     Bytes for stored states, as for `gradient`.
     ///
     /// Returns
     /// -------
     /// Gradient
-    ///     The product by name; its ``value`` is ``d . G d``.
+    ///     Product by name; its ``value`` is ``d . G d``.
     ///
     /// Raises
     /// ------
@@ -404,7 +403,7 @@ impl PySimulation {
     /// ValueError
     ///     As for `jvp` and `gradient`.
     /// StepError
-    ///     A step cannot be taken.
+    ///     A step fails.
     /// KeyboardInterrupt
     ///     Ctrl-C.
     ///
@@ -455,50 +454,50 @@ impl PySimulation {
         self.shown(py, &names, &selection, &found)
     }
 
-    /// Product of the Hessian of a loss with a direction, by differences of gradients.
+    /// Compute the product of the Hessian of a loss with a direction, from differences of gradients.
     ///
-    /// Runs from the present state, changed by parts of the direction, give exact gradients; their central
-    /// differences are extrapolated to no change by Richardson's rule. It is no exact derivative as
-    /// `gradient` is, and says how far it may be off. The simulation takes no step.
+    /// Runs from states moved along the direction give exact gradients, whose central differences are
+    /// extrapolated (Richardson). Unlike `gradient`, the result is not exact, but has error estimates. The
+    /// simulation does not change.
     ///
     /// Parameters
     /// ----------
     /// loss : callable
     ///     As for `gradient`.
     /// direction : dict of str to float or array_like
-    ///     Changes by name: ``"position"``, ``"velocity"``, and keys of the scene that `gradient` knows and
-    ///     that are one number or a vector. Their size does not matter. The product has the same names.
+    ///     Changes by name: ``"position"``, ``"velocity"``, and keys of the scene known to `gradient` that
+    ///     are one number or a vector. Their magnitude does not matter. The product has the same names.
     /// steps : int, optional
-    ///     How many steps a run has; as many as are left of the scene's duration without it.
+    ///     Number of steps of a run; default: the rest of the scene's duration.
     /// times : sequence of float, optional
-    ///     In place of `steps`: times, ascending [s], that steps land on, as for `gradient`. Where steps
-    ///     follow the error, each run chooses its own, and the errors are larger.
+    ///     Alternative to `steps`: ascending times [s] that steps hit, as for `gradient`. With an adaptive
+    ///     step size each run chooses its own steps, and the errors are larger.
     /// memory : int, optional
-    ///     Bytes for states, as for `gradient`.
+    ///     Bytes for stored states, as for `gradient`.
     /// reach : float, default 0.01
-    ///     The largest change, as a part of what is changed: of the size of the scene, of velocities, of
-    ///     numbers. The loss has to be smooth so far.
+    ///     Largest relative change of the size of the scene, of velocities, of parameters. The loss must be
+    ///     smooth over that range.
     ///
     /// Returns
     /// -------
     /// HessianProduct
-    ///     The product by name, with estimates of its errors; its ``value`` is ``d . H d``.
+    ///     Product by name, with error estimates; its ``value`` is ``d . H d``.
     ///
     /// Raises
     /// ------
     /// KeyError
-    ///     A name has no derivative, or is no number of the scene.
+    ///     A name has no derivative, or is not a number of the scene.
     /// ValueError
-    ///     As for `gradient`; an array has another shape; `reach` is not above zero.
+    ///     As for `gradient`; an array has the wrong shape; `reach` is not positive.
     /// StepError
-    ///     A step cannot be taken.
+    ///     A step fails.
     /// KeyboardInterrupt
     ///     Ctrl-C.
     ///
     /// Notes
     /// -----
-    /// It takes two gradients for each of at most five sizes of change. Implicit steps are to be solved to a
-    /// small ``tolerance``, whose noise is divided by the change.
+    /// It takes two gradients for each of at most five step lengths. Solve implicit steps to a small
+    /// ``tolerance``, since its noise is divided by the length.
     ///
     /// Examples
     /// --------
@@ -528,29 +527,29 @@ impl PySimulation {
         runs.call_method1("shown", (product, errors))
     }
 
-    /// The lowest natural frequencies about the present state, and their derivatives.
+    /// Compute the lowest natural frequencies about the current state, and their derivatives.
     ///
-    /// That state is a shape at rest: no force acts there, neither gravity nor a load. A derivative by the
-    /// shape at rest moves the state with it.
+    /// That state must be the reference configuration, without forces such as gravity or loads. A derivative
+    /// by the reference shape moves the state with it.
     ///
     /// Parameters
     /// ----------
     /// with_respect_to : str or list of str
-    ///     Names, as for `gradient`, of moduli, densities, masses, rest shapes and stiffnesses of springs.
+    ///     Names of moduli, densities, masses, reference shapes and spring stiffnesses, as for `gradient`.
     /// count : int, default 1
-    ///     How many frequencies, from the lowest.
+    ///     Number of frequencies, from the lowest.
     ///
     /// Returns
     /// -------
     /// FrequencyGradient
-    ///     The frequencies, and the derivatives of their squares by name.
+    ///     Frequencies, and the derivatives of their squares by name.
     ///
     /// Raises
     /// ------
     /// KeyError
-    ///     A name has no derivative, or frequencies have none by it.
+    ///     A name has no derivative, or frequencies do not depend on it differentiably.
     /// ValueError
-    ///     A force acts; there are fewer frequencies, or none.
+    ///     A force acts; there are fewer frequencies than `count`.
     ///
     /// Examples
     /// --------
@@ -601,14 +600,14 @@ impl PySimulation {
         ))
     }
 
-    /// Names that `gradient` takes derivatives by.
+    /// List the names of variables of `gradient`.
     ///
     /// Returns
     /// -------
     /// list of str
-    ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of
-    ///     the present state. None where the scheme, or something in the scene, has no derivative: `gradient`
-    ///     says what.
+    ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` of the current
+    ///     state. Empty if the integrator, or something in the scene, has no derivative: `gradient` says
+    ///     what.
     ///
     /// Examples
     /// --------

@@ -102,28 +102,29 @@ impl PySimulation {
 
 #[pymethods]
 impl PySimulation {
-    /// Energies, now or elsewhere.
+    /// Compute energies, at the current or a given state.
     ///
     /// Parameters
     /// ----------
     /// positions : array_like, shape (n, dim), optional
-    ///     Where vertices are [m]; where they are now without it.
+    ///     Positions [m]; default: the current ones.
     /// velocities : array_like, shape (n, dim), optional
-    ///     Their velocities [m/s]; those they have now without it.
+    ///     Velocities [m/s]; default: the current ones.
     /// by_term : bool, default False
-    ///     True for the potential energy of each term alone, by its name: ``elements of `beam```.
+    ///     True for the potential energy of each term, by name: ``elements of `beam```.
     ///
     /// Returns
     /// -------
     /// dict of str to float
-    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and
-    ///     of the present state what came in and went out since the start, or since the state or the scene
-    ///     was last changed: ``balance.motion``, ``balance.loads``, ``balance.gravity``,
+    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (if there are any), ``total`` [J], and for
+    ///     the current state the external work and dissipation since the start, or since the last change of
+    ///     the state or the scene: ``balance.motion``, ``balance.loads``, ``balance.gravity``,
     ///     ``balance.ether_drag``, ``balance.damping``, ``balance.friction``, ``balance.walls``.
     ///
     /// Notes
     /// -----
-    /// What depends on time is taken at `time`. An energy is infinite where a material has none.
+    /// Time-dependent quantities are evaluated at `time`. Outside the domain of a material the energy is
+    /// infinite.
     ///
     /// Examples
     /// --------
@@ -156,16 +157,16 @@ impl PySimulation {
         energies(py, &found)
     }
 
-    /// Forces on all vertices, now or elsewhere, for steps of one's own.
+    /// Compute the forces on all vertices, at the current or a given state, for custom integrators.
     ///
     /// Parameters
     /// ----------
     /// positions : array_like, shape (n, dim), optional
-    ///     Where vertices are [m]; where they are now without it. What a pin moves is where that puts it.
+    ///     Positions [m]; default: the current ones. Vertices of moving pins keep their prescribed positions.
     /// velocities : array_like, shape (n, dim), optional
-    ///     Their velocities [m/s], for damping, friction and drag; those they have now without it.
+    ///     Velocities [m/s], for damping, friction and drag; default: the current ones.
     /// by_term : bool, default False
-    ///     True for the force of each term alone, by its name: ``elements of `beam```.
+    ///     True for the force of each term, by name: ``elements of `beam```.
     ///
     /// Returns
     /// -------
@@ -176,13 +177,13 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     An array has another shape or a number that is not finite, or the force is not finite there.
+    ///     An array has the wrong shape or is not finite, or the force is not finite there.
     ///
     /// Notes
     /// -----
-    /// What depends on time is taken at `time`. Walls without ``[contact]`` put vertices back after a step,
-    /// and pins hold theirs: neither is a force, and forces at pinned vertices are those that pins bear.
-    /// `accelerations` has what a step computes with, to the bit.
+    /// Time-dependent quantities are evaluated at `time`. Walls without ``[contact]`` move vertices back
+    /// after a step, and pins fix theirs: neither is a force, and forces at pinned vertices are carried by
+    /// the pins. A step computes with `accelerations`, bit for bit.
     ///
     /// Examples
     /// --------
@@ -209,19 +210,19 @@ impl PySimulation {
         Ok(arrays::array(py, sum, &self.shape())?.into_any())
     }
 
-    /// Accelerations of all vertices, now or elsewhere: what explicit steps compute with, to the bit.
+    /// Compute the accelerations of all vertices, bit-identical to those in explicit steps.
     ///
     /// Parameters
     /// ----------
     /// positions : array_like, shape (n, dim), optional
-    ///     Where vertices are [m]; where they are now without it.
+    ///     Positions [m]; default: the current ones.
     /// velocities : array_like, shape (n, dim), optional
-    ///     Their velocities [m/s]; those they have now without it.
+    ///     Velocities [m/s]; default: the current ones.
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (n, dim)
-    ///     [m/s^2]; zero at pinned coordinates.
+    ///     Accelerations [m/s^2]; zero at pinned degrees of freedom.
     ///
     /// Raises
     /// ------
@@ -230,9 +231,9 @@ impl PySimulation {
     ///
     /// Notes
     /// -----
-    /// They are `forces` over `masses` but for rounding: gravity is added as an acceleration. One step of
-    /// symplectic Euler is ``v += h * simulation.accelerations(x, v); x += h * v``, but for walls, motions of
-    /// pins, and ether drag, which steps of splitting schemes solve exactly.
+    /// They are `forces` over `masses` up to round-off: gravity is added as an acceleration. One step of
+    /// symplectic Euler is ``v += h * simulation.accelerations(x, v); x += h * v``, except for walls,
+    /// prescribed motion, and ether drag, which splitting integrators solve exactly.
     ///
     /// Examples
     /// --------
@@ -252,7 +253,7 @@ impl PySimulation {
         arrays::array(py, accelerations, &self.shape())
     }
 
-    /// Linear momentum now.
+    /// Compute the current linear momentum.
     ///
     /// Returns
     /// -------
@@ -268,7 +269,7 @@ impl PySimulation {
         Ok(measured.linear_momentum[..self.dimension].to_vec().into_pyarray(py))
     }
 
-    /// Angular momentum now, about the origin.
+    /// Compute the current angular momentum about the origin.
     ///
     /// Returns
     /// -------
@@ -284,12 +285,12 @@ impl PySimulation {
         Ok(measured.angular_momentum.to_vec().into_pyarray(py))
     }
 
-    /// Deformation gradient of every finite element, body after body, each in the order of its mesh.
+    /// Compute the deformation gradient of every finite element, body by body in mesh order.
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (m, dim, dim)
-    ///     ``F``, of elements of second order at their centroids.
+    ///     Deformation gradient ``F``; at the centroid of second-order elements.
     ///
     /// Examples
     /// --------
@@ -303,17 +304,17 @@ impl PySimulation {
         arrays::array(py, states.iter().flat_map(part).collect(), &[states.len(), d, d])
     }
 
-    /// Stress of every finite element, body after body, each in the order of its mesh.
+    /// Compute the stress of every finite element, body by body in mesh order.
     ///
     /// Parameters
     /// ----------
     /// kind : {"cauchy", "first-piola", "von-mises"}
-    ///     Which.
+    ///     Kind of stress.
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (m, 3, 3), or (m,) for "von-mises"
-    ///     [Pa]; in 2D the third axis is out of the plane.
+    ///     Stress [Pa]; in 2D the third axis is out of the plane.
     ///
     /// Examples
     /// --------
@@ -339,22 +340,22 @@ impl PySimulation {
         }
     }
 
-    /// Stress at the nodes of all elements, body after body, never across bodies.
+    /// Compute the stress at the nodes of all elements, body by body, never averaged across bodies.
     ///
     /// Parameters
     /// ----------
     /// recovery : {"patch", "average", "element"}
     ///     "patch": superconvergent patch recovery (Zienkiewicz, Zhu 1992), the most accurate; "average":
-    ///     plain mean of the elements at a node; "element": one value for every element and node.
+    ///     mean of the elements at a node; "element": one value per element and node.
     /// kind : {"cauchy", "von-mises", "principal"}
-    ///     Which; von Mises and principal stresses are those of the recovered tensor.
+    ///     Kind of stress; von Mises and principal stresses come from the recovered tensor.
     ///
     /// Returns
     /// -------
     /// vertices : ndarray of int64, shape (m,)
-    ///     Vertex of each value. Vertices without elements are left out.
+    ///     Vertex of each value, without vertices that have no element.
     /// stress : ndarray of float64, shape (m, 3, 3), (m,) for "von-mises", (m, 3) for "principal"
-    ///     [Pa]; in 2D the third axis is out of the plane. Principal stresses descend.
+    ///     Stress [Pa]; in 2D the third axis is out of the plane. Principal stresses are in descending order.
     ///
     /// Examples
     /// --------
@@ -402,18 +403,18 @@ impl PySimulation {
         Ok((vertices.into_pyarray(py), values))
     }
 
-    /// A measure of every finite element, as channels of a recording have it.
+    /// Compute a measure of every finite element, as in the channels of a recording.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     As in ``[output] channels`` of a scene: ``"green-strain"``, ``"jacobian"``,
+    ///     Name as in ``[output] channels`` of a scene: ``"green-strain"``, ``"jacobian"``,
     ///     ``"principal-stretches"``, ...
     ///
     /// Returns
     /// -------
     /// ndarray of float64, shape (m, k)
-    ///     Its numbers, in the order that ``pliant list channels`` names.
+    ///     Components of the measure, in the order of ``pliant list channels``.
     ///
     /// Examples
     /// --------
@@ -427,14 +428,14 @@ impl PySimulation {
         arrays::array(py, values, &[states.len(), measure.fields.len()])
     }
 
-    /// Forces with which pins hold their vertices and walls push, now.
+    /// Compute the current reaction forces of pins and walls.
     ///
     /// Returns
     /// -------
     /// dict of str to ndarray of float64, shape (2, 3)
-    ///     By name, ``body/pin`` or ``wall0``, the force [N] and the moment [N m]; the moment is about the
-    ///     mean position of the vertices, or the point that the pin turns about, of a wall about its point
-    ///     nearest to the origin.
+    ///     Force [N] and moment [N m] by name, ``body/pin`` or ``wall0``. The moment is about the mean
+    ///     position of the vertices, or the centre of rotation of the pin, or the point of a wall nearest to
+    ///     the origin.
     ///
     /// Examples
     /// --------
@@ -453,7 +454,7 @@ impl PySimulation {
         Ok(table)
     }
 
-    /// Surfaces that touch, now, in a fixed order.
+    /// List the currently active contact pairs, in a fixed order.
     ///
     /// Returns
     /// -------
@@ -461,7 +462,7 @@ impl PySimulation {
     ///     ``"bodies"``, a list of m pairs of names; arrays of float64: ``"points"`` of shape (m, 2, 3), the
     ///     closest points of the two [m], ``"normals"`` (m, 3), from the second to the first, ``"gaps"`` (m,)
     ///     [m], ``"forces"`` (m,), the normal forces [N], ``"friction"`` (m, 3), the friction on the first
-    ///     [N] at the present velocities, along its plane: ``-mu force f1(v) v / |v|``. Empty without
+    ///     [N] at the current velocities, in the tangent plane: ``-mu force f1(v) v / |v|``. Empty without
     ///     ``[contact]``.
     ///
     /// Examples
@@ -475,12 +476,12 @@ impl PySimulation {
         contacts_table(py, &contacts)
     }
 
-    /// The largest stable step of the scheme for the motion linearised about the present state.
+    /// Compute the largest stable step of the integrator, linearised about the current state.
     ///
     /// Returns
     /// -------
     /// float
-    ///     [s]; infinite for schemes that are stable at any step.
+    ///     Step [s]; infinite for integrators that are stable at any step.
     ///
     /// Examples
     /// --------
@@ -494,25 +495,25 @@ impl PySimulation {
         limit.map(|limit| limit.step).map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 
-    /// dict of str to object: Work done so far, in counts that do not depend on the machine.
+    /// dict of str to object: Counts of the work so far, which do not depend on the machine.
     #[getter]
     fn work<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let work = self.lock()?.simulation.work();
         document::from_json(py, &serde_json::to_value(work).unwrap_or_default())
     }
 
-    /// The stiffness matrix ``K = d2E/dx2`` at the present positions.
+    /// Compute the stiffness matrix ``K = d2E/dx2`` at the current positions.
     ///
     /// Returns
     /// -------
     /// scipy.sparse.csr_array, shape (n * dim, n * dim)
-    ///     [N/m], coordinate ``vertex * dim + axis``; symmetric, of all coordinates, as if nothing were held.
-    ///     Forces from outside by a function are left out: their derivative is not known.
+    ///     Matrix [N/m] of all degrees of freedom ``vertex * dim + axis``, pinned ones included; symmetric.
+    ///     External forces by a function are omitted: their derivative is unknown.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     Mutual gravity couples every vertex with all others: the matrix is full.
+    ///     Mutual gravity couples every vertex with all others: the matrix is dense.
     /// ImportError
     ///     SciPy is not installed.
     ///
@@ -526,12 +527,12 @@ impl PySimulation {
         self.csr(py, py.detach(|| threads::run(|| simulation.stiffness_matrix())))
     }
 
-    /// The damping matrix ``C = d2R/dv2`` at the present state.
+    /// Compute the damping matrix ``C = d2R/dv2`` at the current state.
     ///
     /// Returns
     /// -------
     /// scipy.sparse.csr_array, shape (n * dim, n * dim)
-    ///     [N s/m], as `stiffness`; ether drag is not in it.
+    ///     Matrix [N s/m], as for `stiffness`, without ether drag.
     ///
     /// Raises
     /// ------
@@ -548,12 +549,12 @@ impl PySimulation {
         self.csr(py, py.detach(|| threads::run(|| simulation.damping_matrix())))
     }
 
-    /// The lumped mass matrix.
+    /// Return the lumped mass matrix.
     ///
     /// Returns
     /// -------
     /// scipy.sparse.csr_array, shape (n * dim, n * dim)
-    ///     Diagonal [kg].
+    ///     Diagonal matrix [kg].
     ///
     /// Raises
     /// ------

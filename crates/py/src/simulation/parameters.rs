@@ -288,28 +288,28 @@ fn called(function: &Bound<'_, PyAny>, time: f64, x: &[f64], shape: &[usize]) ->
 
 #[pymethods]
 impl PySimulation {
-    /// Change parameters of the scene and go on from the present state.
+    /// Change parameters of the scene, and continue from the current state.
     ///
     /// Parameters
     /// ----------
     /// changes : dict
-    ///     New values by their paths, as `Scene.with_changes` has them: ``{"body.0.elastic.corotated.young":
-    ///     1e5}``, ``{"world.gravity": [0.0, 0.0]}``, ``{"time.step": 1e-4}``.
+    ///     New values by path, as for `Scene.with_changes`: ``{"body.0.elastic.corotated.young": 1e5}``,
+    ///     ``{"world.gravity": [0.0, 0.0]}``, ``{"time.step": 1e-4}``.
     ///
     /// Raises
     /// ------
     /// SceneError
-    ///     The changed scene cannot be simulated, because its step is now above the stability limit, say.
+    ///     The changed scene cannot be simulated, for example because its step is above the stability limit.
     ///     Nothing has changed then.
     /// ValueError
-    ///     A change says how a simulation starts (meshes, initial positions and velocities), or bodies shall
-    ///     touch that overlap now. Nothing has changed then.
+    ///     A change concerns the start of a simulation (meshes, initial positions and velocities), or enables
+    ///     contact of bodies that overlap now. Nothing has changed then.
     ///
     /// Notes
     /// -----
-    /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set
-    /// without. The balance of energy (``balance.*`` in `energy`) begins anew. A pin whose motion is changed
-    /// goes on from where it is, by what the new motion does from now on.
+    /// The scene is assembled anew, which takes as long as making a simulation; setting forces and pins does
+    /// not. The energy balance (``balance.*`` in `energy`) restarts. A pin with a new motion continues from
+    /// its current position, by the increments of the new motion from now on.
     ///
     /// Examples
     /// --------
@@ -323,12 +323,12 @@ impl PySimulation {
         inner.publish(changes.py())
     }
 
-    /// Change Young's modulus or Poisson's ratio of a body, and go on from the present state.
+    /// Change Young's modulus or Poisson's ratio of a body, and continue from the current state.
     ///
     /// Parameters
     /// ----------
     /// body : str or int
-    ///     Name, or number from 0.
+    ///     Name, or index from 0.
     /// young : float or str, optional
     ///     Young's modulus [Pa].
     /// poisson : float, optional
@@ -389,9 +389,9 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene, of shape (n, dim):
-    /// an array, which acts until it is set anew, or a function ``f(time, positions)`` that returns one,
-    /// called at every evaluation of the force. Their work is energy that comes in.
+    /// ndarray or callable or None: Forces on all vertices [N] in addition to those of the scene, of shape
+    /// (n, dim): an array, which acts until it is replaced, or a function ``f(time, positions)`` that returns
+    /// one, called at every evaluation of the force. Their work is external work.
     #[getter]
     fn external_forces(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         Ok(self.lock()?.additions.force.as_ref().map(|force| force.clone_ref(py)))
@@ -414,25 +414,25 @@ impl PySimulation {
         Ok(())
     }
 
-    /// Hold vertices where they are.
+    /// Pin vertices at their current positions.
     ///
     /// Parameters
     /// ----------
     /// vertices : array_like of int, or of bool with shape (n,)
-    ///     Which.
+    ///     The vertices.
     /// axes : str, default "xyz"
-    ///     Along which axes.
+    ///     Axes to pin.
     /// name : str, optional
-    ///     Name to `release` it by.
+    ///     Name for `release` and `move`.
     ///
     /// Returns
     /// -------
     /// str
-    ///     Its name.
+    ///     Name of the pin.
     ///
     /// Notes
     /// -----
-    /// To drag what is held, `move` it.
+    /// Use `move` to move the pin.
     ///
     /// Examples
     /// --------
@@ -475,34 +475,34 @@ impl PySimulation {
         Ok(name)
     }
 
-    /// Steer a pin: from where it is, with the velocity that it has, to a pose, and on with a velocity.
+    /// Move a pin from its current pose and velocity to a pose, and continue with a velocity.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     That `pin` returned, or ``body/pin`` of a pin of the scene.
+    ///     Name returned by `pin`, or ``body/pin`` for a pin of the scene.
     /// pose : array_like, optional
-    ///     Displacement [m], of shape (dim,), or a homogeneous matrix of shape (dim + 1, dim + 1), from where
-    ///     the vertices of the pin started, about their mean there. A pin that was still starts where it is
-    ///     steered first. Without a pose it goes where `velocity` leads.
+    ///     Displacement [m], of shape (dim,), or a homogeneous matrix of shape (dim + 1, dim + 1), relative
+    ///     to the initial positions of the vertices of the pin, about their mean. A pin without motion starts
+    ///     at its first `move`. Default: the pose reached with `velocity`.
     /// velocity : array_like or tuple, optional
     ///     Velocity on arrival [m/s], of shape (dim,), or a pair of it and the angular velocity [rad/s], one
-    ///     number in two dimensions, three in three. Zero if it is left out.
+    ///     number in 2D, three in 3D. Default: zero.
     /// over : float, optional
-    ///     Time in which it gets there [s]; one step if it is left out.
+    ///     Duration of the motion [s]; default: one step.
     ///
     /// Raises
     /// ------
     /// KeyError
-    ///     There is no such pin, or it has let go.
+    ///     There is no such pin, or it is released.
     /// ValueError
-    ///     A shape is wrong, a number is not finite, a matrix is no rotation, or `over` is no positive time.
+    ///     A shape is wrong, a number is not finite, a matrix is not a rotation, or `over` is not positive.
     ///
     /// Notes
     /// -----
-    /// Position and velocity of the pin are continuous: its way is the cubic polynomial between both ends,
-    /// its rotation vector likewise. It goes on with `velocity` until it is steered anew. Checkpoints and
-    /// copies know of it; `restore` of an earlier state ends it.
+    /// Position and velocity of the pin are continuous: its path is the cubic polynomial between both ends,
+    /// and so is its rotation vector. It continues with `velocity` until the next `move`. Checkpoints and
+    /// copies contain it; `restore` of an earlier state ends it.
     ///
     /// Examples
     /// --------
@@ -535,17 +535,17 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// Let go of a pin.
+    /// Release a pin.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     That `pin` returned, or ``body/pin`` of a pin of the scene.
+    ///     Name returned by `pin`, or ``body/pin`` for a pin of the scene.
     ///
     /// Raises
     /// ------
     /// KeyError
-    ///     There is no such pin, or it has let go already.
+    ///     There is no such pin, or it is already released.
     ///
     /// Examples
     /// --------
@@ -567,14 +567,14 @@ impl PySimulation {
         Ok(())
     }
 
-    /// list of str: Names of the pins that hold.
+    /// list of str: Names of the active pins.
     #[getter]
     fn pins(&self) -> PyResult<Vec<String>> {
         Ok(self.lock()?.simulation.pin_names())
     }
 
-    /// list of float: Gravity of the scene [m/s^2], or texts where it is a formula of time; zero where the
-    /// scene has none. What is assigned changes ``world.gravity``, as by `set`.
+    /// list of float: Gravity of the scene [m/s^2], or texts if it is a formula of time; default: zero. An
+    /// assignment changes ``world.gravity``, as by `set`.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;

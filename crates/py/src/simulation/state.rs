@@ -18,7 +18,7 @@ use crate::{arrays, errors, topology};
 
 #[pymethods]
 impl PySimulation {
-    /// Scene: What is simulated, changes by `set` included.
+    /// Scene: The scene, including changes by `set`.
     #[getter]
     fn scene(&self) -> PyResult<PyScene> {
         Ok(self.lock()?.scene.clone())
@@ -30,13 +30,13 @@ impl PySimulation {
         Ok(self.lock()?.simulation.state().time)
     }
 
-    /// int: Steps taken.
+    /// int: Number of steps.
     #[getter]
     fn steps(&self) -> PyResult<u64> {
         Ok(self.lock()?.simulation.state().step)
     }
 
-    /// float: Time step [s]; where it follows the error, that to be tried next.
+    /// float: Time step [s]; if it is adaptive, the next one to try.
     #[getter]
     fn step_size(&self) -> PyResult<f64> {
         Ok(self.lock()?.simulation.step_size())
@@ -54,10 +54,10 @@ impl PySimulation {
         self.vertices
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m]: a copy, read only. What is assigned must have this
-    /// shape; prescribed motion keeps its own, and what is pinned is held where it is put. To change some,
-    /// change a copy and assign it: ``x = simulation.positions.copy()``. ValueError where surfaces of
-    /// ``[contact]`` would cross or overlap: nothing is changed then.
+    /// ndarray of float64, shape (n, dim): Positions [m]: a read-only copy. Assign an array of this shape to
+    /// change them, for example a changed ``simulation.positions.copy()``: prescribed motion keeps its own
+    /// positions, and other pinned vertices are fixed at the new ones. Raises ValueError, without a change,
+    /// if surfaces of ``[contact]`` would cross or overlap.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let positions = self.lock()?.simulation.positions().into_owned();
@@ -72,8 +72,8 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy, read only. What is assigned must have
-    /// this shape; velocities of pinned coordinates stay what they are.
+    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a read-only copy. Assign an array of this shape
+    /// to change them; velocities of pinned degrees of freedom do not change.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let velocities = self.lock()?.simulation.velocities().into_owned();
@@ -88,9 +88,8 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a
-    /// copy when it is asked for. It shows the state after the last call that changed it, which wrote it
-    /// there, and outlives the simulation.
+    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a copy
+    /// on access. Calls that change the state update it, and it outlives the simulation.
     #[getter]
     fn positions_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
@@ -102,7 +101,7 @@ impl PySimulation {
         Ok(view.shown.bind(py).clone())
     }
 
-    /// ndarray of float64, shape (n, dim): Velocities [m/s], as `positions_view`.
+    /// ndarray of float64, shape (n, dim): Velocities [m/s], like `positions_view`.
     #[getter]
     fn velocities_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
@@ -114,7 +113,7 @@ impl PySimulation {
         Ok(view.shown.bind(py).clone())
     }
 
-    /// ndarray of float64, shape (n, dim): Rest positions [m].
+    /// ndarray of float64, shape (n, dim): Reference positions [m].
     #[getter]
     fn rest_positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let rest = self.lock()?.topology.rest_positions.clone();
@@ -127,17 +126,17 @@ impl PySimulation {
         Ok(self.lock()?.topology.masses.clone().into_pyarray(py))
     }
 
-    /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and
-    /// their cells by rows of vertex numbers: ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``,
-    /// ``hexahedra``, of second order ``quad8``, ``quad9``, ``hex20``, ``hex27``, ``surface``, and the nodes
-    /// in the middle of the edges of triangles and tetrahedra of second order.
+    /// list of dict: Bodies: ``name``, ``kind``, ``vertices`` (first, and one past the last), and cells as
+    /// rows of vertex numbers: ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``, ``hexahedra``,
+    /// second-order ``quad8``, ``quad9``, ``hex20``, ``hex27``, ``surface``, and the mid-edge nodes of
+    /// second-order triangles and tetrahedra.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let topology = self.lock()?.topology.clone();
         topology::bodies(py, &topology)
     }
 
-    /// State: This moment, to go back to. What is assigned must be a state of this scene.
+    /// State: Current state. Assign a state of this scene to return to it.
     #[getter]
     fn state(&self) -> PyResult<PyState> {
         Ok(PyState { snapshot: self.lock()?.simulation.snapshot(), dimension: self.dimension })
@@ -151,7 +150,7 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// Go back to how the scene starts, at time 0. Parameters, forces and pins stay as they are now.
+    /// Return to the initial state of the scene, at time 0. Parameters, forces and pins do not change.
     ///
     /// Examples
     /// --------
@@ -167,12 +166,12 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// Make a second simulation that goes on from here on its own.
+    /// Make a second, independent simulation in the current state.
     ///
     /// Returns
     /// -------
     /// Simulation
-    ///     In the same state with the same parameters, forces and pins.
+    ///     Simulation in the same state, with the same parameters, forces and pins.
     ///
     /// Examples
     /// --------
@@ -193,12 +192,12 @@ impl PySimulation {
         self.clone(py)
     }
 
-    /// Write this moment to a file, to go on from in another process with the same bits: `restore`.
+    /// Write the current state to a file, from which `restore` continues bit-identically in any process.
     ///
     /// Parameters
     /// ----------
     /// path : str or os.PathLike
-    ///     The file; one that is there is replaced, at once and as a whole.
+    ///     File to write; an existing one is replaced atomically.
     ///
     /// Raises
     /// ------
@@ -207,10 +206,9 @@ impl PySimulation {
     ///
     /// Notes
     /// -----
-    /// It holds the scene, the state, what was added (pins, forces, materials) and a checksum; meshes that
-    /// the scene names by their files stay where they are. Solvers of implicit schemes forget what they
-    /// have learnt from earlier steps, here as in the simulation that is restored: both go on with the same
-    /// bits.
+    /// The file contains the scene, the state, additions (pins, forces, materials) and a checksum, but not
+    /// the mesh files of the scene. Solvers of implicit integrators are reset, both here and in the restored
+    /// simulation, so that both continue bit-identically.
     ///
     /// Examples
     /// --------
@@ -226,24 +224,25 @@ impl PySimulation {
         written.map_err(|error| errors::checkpoint(&error))
     }
 
-    /// Go on from a file that `save`, or ``pliant run --checkpoint``, has written.
+    /// Restore a simulation from a file written by `save` or ``pliant run --checkpoint``.
     ///
     /// Parameters
     /// ----------
     /// path : str or os.PathLike
-    ///     The file. Functions and materials of Python in it are pickled: read only files that you trust.
+    ///     File to read. It may contain pickled functions and materials: only read files that you trust.
     ///
     /// Returns
     /// -------
     /// Simulation
-    ///     In the same state with the same parameters, forces and pins.
+    ///     Simulation in the same state, with the same parameters, forces and pins.
     ///
     /// Raises
     /// ------
     /// OSError
     ///     The file cannot be read.
     /// ValueError
-    ///     It is no checkpoint, damaged, or of another version of pliant; or a mesh file has changed since.
+    ///     The file is not a checkpoint, damaged, or of another version of pliant; or a mesh file has
+    ///     changed.
     ///
     /// Examples
     /// --------

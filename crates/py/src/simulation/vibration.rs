@@ -15,10 +15,10 @@ use crate::{arguments, arrays, threads};
 /// A document and an array.
 type Found<'py, A> = (Bound<'py, PyAny>, A);
 
-/// The exact motion of a linear scene, as a sum of its modes: what `Simulation.superposition` returns.
+/// Exact motion of a linear scene as a sum of its modes; returned by `Simulation.superposition`.
 ///
-/// ``M u'' + C u' + K u = f`` from the state where it was made, each mode in closed form: what errors of
-/// time steps are measured against.
+/// It solves ``M u'' + C u' + K u = f`` from the state at its creation, each mode in closed form: a reference
+/// for errors of time integration.
 #[pyclass(name = "Superposition", frozen, module = "pliant")]
 pub(crate) struct PySuperposition {
     core: Core,
@@ -27,12 +27,12 @@ pub(crate) struct PySuperposition {
 
 #[pymethods]
 impl PySuperposition {
-    /// Positions and velocities at a time.
+    /// Return positions and velocities at a time.
     ///
     /// Parameters
     /// ----------
     /// time : float
-    ///     Since the state that it was made in [s], 0 or more.
+    ///     Time since its creation [s], 0 or more.
     ///
     /// Returns
     /// -------
@@ -44,7 +44,7 @@ impl PySuperposition {
     /// Raises
     /// ------
     /// ValueError
-    ///     The time is negative, or no number.
+    ///     The time is negative, or not a number.
     ///
     /// Examples
     /// --------
@@ -76,16 +76,15 @@ impl PySuperposition {
         arrays::array(py, shapes, &[count, self.vertices, self.core.dimension()])
     }
 
-    /// float: How far the forces of the scene are from linear ones, as a part of the largest, a quarter of
-    /// the longest period later: rounding for a linear scene; if it is more, this is the motion of the
-    /// linearised one.
+    /// float: Relative deviation of the forces of the scene from linear ones, a quarter of the longest period
+    /// later: round-off for a linear scene; if it is larger, this is the motion of the linearised scene.
     #[getter]
     fn nonlinearity(&self) -> f64 {
         self.core.nonlinearity()
     }
 
-    /// dict of str to float: Energies that modes left out would add [J]: ``kinetic`` of ``kinetic_total``,
-    /// ``elastic`` of ``elastic_total``.
+    /// dict of str to float: Energies of the omitted modes [J]: ``kinetic`` of ``kinetic_total``, ``elastic``
+    /// of ``elastic_total``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, &json!(self.core.residual()))
@@ -100,13 +99,12 @@ impl PySuperposition {
 
 #[pymethods]
 impl PySimulation {
-    /// The exact motion of the system linearised at the present state, from that state on, as a sum of its
-    /// modes.
+    /// Compute the exact motion of the system linearised at the current state, as a sum of its modes.
     ///
     /// Parameters
     /// ----------
     /// count : int, optional
-    ///     How many modes, from the lowest; all of them without it.
+    ///     Number of modes, from the lowest; default: all.
     ///
     /// Returns
     /// -------
@@ -116,10 +114,10 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     Something changes with time or is no linear force: walls, pins that move or let go, loads that
+    ///     Something changes with time or is not linear: walls, pins that move or are released, loads that
     ///     change.
     /// RuntimeError
-    ///     There is no stable equilibrium; damping couples the modes.
+    ///     The state is not a stable equilibrium; damping couples the modes.
     ///
     /// Examples
     /// --------

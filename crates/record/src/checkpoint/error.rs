@@ -31,7 +31,7 @@ pub enum CheckpointError {
     },
     /// The file is truncated or corrupted.
     #[error(
-        "{} is damaged: it is cut, or its checksum is another one; nothing can go on from it",
+        "{} is damaged: it is truncated, or its checksum does not match; no run can continue from it",
         path.display()
     )]
     Damaged {
@@ -40,8 +40,8 @@ pub enum CheckpointError {
     },
     /// The file has another format version.
     #[error(
-        "{} has format {found} of checkpoints, this program reads format {expected}: go on with the \
-         version of pliant that wrote it",
+        "{} has format {found} of checkpoints, this program reads format {expected}: continue with \
+         the version of pliant that wrote it",
         path.display()
     )]
     Format {
@@ -54,8 +54,8 @@ pub enum CheckpointError {
     },
     /// Another version of the program wrote the file.
     #[error(
-        "{} was written by pliant {found}, this is {expected}, whose steps may have other bits: go on with \
-         {found}, or run the scene anew",
+        "{} was written by pliant {found}, this is {expected}, whose results may differ: continue with \
+         {found}, or run the scene again",
         path.display()
     )]
     Version {
@@ -67,7 +67,7 @@ pub enum CheckpointError {
         expected: &'static str,
     },
     /// A mesh file has changed or cannot be read.
-    #[error("{} cannot go on: the mesh file {} {reason}", path.display(), file.display())]
+    #[error("{} cannot be continued: the mesh file {} {reason}", path.display(), file.display())]
     Mesh {
         /// The checkpoint.
         path: PathBuf,

@@ -67,7 +67,7 @@ impl SavedScene {
             let place = self.directory.join(&file.path);
             let reason = match hash(&place) {
                 Ok(found) if found == file.hash => return Ok(()),
-                Ok(_) => "has changed since; put back what it was, or run the scene anew".to_owned(),
+                Ok(_) => "has changed since; restore it, or run the scene again".to_owned(),
                 Err(error) => format!("cannot be read: {error}"),
             };
             Err(CheckpointError::Mesh { path: path.to_owned(), file: place, reason })

@@ -74,17 +74,17 @@ fn one(
                 let (given, needed) = (points.len(), vertices.len());
                 let message = format!(
                     "`points` lists {} for {}",
-                    counted(given as u64, "place", "places"),
+                    counted(given as u64, "point", "points"),
                     counted(needed as u64, "vertex", "vertices")
                 );
                 return Err(fail(path.key("points"), message));
             }
             let tie = |(v, point): (&u32, &Vec<f64>)| to_place(global(body, *v), point);
-            (vertices.iter().zip(points).map(tie).collect(), "to given places".into())
+            (vertices.iter().zip(points).map(tie).collect(), "to given points".into())
         }
         (None, None) => {
             let tie = |v: &u32| to_place(global(body, *v), &body.position[*v as usize * d..][..d]);
-            (vertices.iter().map(tie).collect(), "to where they start".into())
+            (vertices.iter().map(tie).collect(), "to their initial positions".into())
         }
         (None, Some(target)) => {
             let other = named(&Some(target.body.clone()));

@@ -74,8 +74,8 @@ impl ExplicitDesign {
         let soft = |party: &ContactParty<'_>| party.young.is_none() && !party.is_obstacle() && party.collides;
         if let (None, None, Some(party)) = (step, contact.stiffness, parties.iter().find(|p| soft(p))) {
             let message = format!(
-                "nothing says how stiff contact of `{}` is: it has no Young's modulus, and steps follow \
-                 the error",
+                "cannot choose how stiff contact of `{}` is: it has no Young's modulus, and the step size \
+                 is adaptive",
                 party.body.name
             );
             let problem = Problem::semantic(KeyPath::root().key("contact"), message);
@@ -623,11 +623,11 @@ fn coincident<const D: usize>(model: &ContactModel, position: &[f64]) -> Result<
     let (a, b, more) = (model.named(&[a]), model.named(&[b]), found.count());
     let more = match more {
         0 => String::new(),
-        more => format!("; {more} more particles are where another is"),
+        more => format!("; {more} more particles share a position"),
     };
     let path = KeyPath::root().key("body").index(body as usize);
-    let message = format!("{a} and {b} start at the same place, ({}) m{more}", at.join(", "));
-    let help = "give each a place of its own, or let them pass: `contact = { self = false }` in the body";
+    let message = format!("{a} and {b} start at the same position, ({}) m{more}", at.join(", "));
+    let help = "move them apart, or switch their contact off: `contact = { self = false }` in the body";
     Err(vec![Problem::semantic(path, message).with_help(help)])
 }
 
@@ -658,13 +658,13 @@ fn overlaps(
     let help = match scene.contact.as_ref().is_some_and(|contact| contact.of_walls) {
         true => "move the body out of the wall by `transform` or `position`, or the wall by its `offset`",
         false => {
-            "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
-             = [...], contact = false }]`"
+            "move them apart by `transform` or `position`, or switch their contact off: [contact] `pairs = \
+             [{ between = [...], contact = false }]`"
         }
     };
     let mut problems = vec![];
     for (bad, words) in found.iter().take(MOST_TOLD) {
-        let message = format!("{words} before anything has moved");
+        let message = format!("{words} at the start");
         let [first, second] = [0, 1].map(|side| model.body(bad.primitives[side][0]));
         problems.push(Problem::semantic(path(first), message).caused_by(causes([first, second])));
     }

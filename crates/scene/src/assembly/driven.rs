@@ -66,8 +66,8 @@ pub(super) fn warning(scene: &Scene, simulation: &Simulation, bodies: &[BodyAsse
     let DrivenPin { body, pin, wall: (name, _), deepest: (depth, t) } = worst;
     (depth > least).then(|| {
         format!(
-            "the motion of pin `{}` leads {} m behind `{name}`, at t = {} s: nothing stops what is \
-             prescribed",
+            "the motion of pin `{}` goes {} m behind `{name}`, at t = {} s: walls do not stop prescribed \
+             motion",
             Pin::hold_name(&body.name, &pin.name),
             Rounded::<3>(depth),
             Rounded::<3>(t)

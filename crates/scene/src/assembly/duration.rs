@@ -2,7 +2,7 @@
 
 use super::body::BodyAssembly;
 use crate::Scene;
-use pliant::quantity::Rounded;
+use pliant::quantity::Seconds;
 use pliant::simulation::Simulation;
 
 /// Duration above which a run is reported as long [s].
@@ -27,7 +27,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
     let (each, what) = if simulation.method().documentation.solves > 0 {
         (
             free / COORDINATES,
-            format!("each solves for {free} coordinates; a larger step or a coarser mesh takes less"),
+            format!("each solves for {free} unknowns; a larger step or a coarser mesh takes less"),
         )
     } else {
         let elements: f64 =
@@ -44,7 +44,7 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
         let advice = if pairs > 0.0 {
             "`tree` in `nbody` takes less"
         } else {
-            "a coarser mesh has a larger stable step, and implicit schemes are stable at larger ones"
+            "a coarser mesh has a larger stable step, and implicit integrators are stable at larger ones"
         };
         (each, format!("each computes the forces of {}; {advice}", parts.join(", ")))
     };
@@ -53,8 +53,8 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAss
         return vec![];
     }
     vec![format!(
-        "all {steps} steps of {h} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes \
+        "all {steps} steps of {h} take about {hours:.0} h on two ordinary cores: {what}; `--until` simulates \
          a part",
-        h = Rounded::<4>(h)
+        h = Seconds(h)
     )]
 }

@@ -14,7 +14,7 @@ use pliant::integrator::estimate::Tolerances;
 use pliant::material::{
     AboutPreset, DispersedFibres, EnergyExpression, MaterialSpec, Parameters, Plane, Preset,
 };
-use pliant::quantity::{Rounded, counted};
+use pliant::quantity::{Rounded, Seconds, counted};
 use pliant::simulation::Simulation;
 
 /// A scene and what became of it.
@@ -124,7 +124,7 @@ fn whole_cells(of: AssembledScene<'_>) -> FeatureSentences {
     let of_body = |body: &BodyAssembly| {
         let block = body.mesh.block().filter(|_| body.elastic)?;
         let how = match block.kind.order() {
-            1 => "once in each, beside an energy of its hourglass modes".into(),
+            1 => "once in each, with hourglass stabilisation".into(),
             _ => {
                 let points = counted(block.kind.quadrature_points() as u64, "point", "points");
                 format!("at {points} in each")
@@ -133,7 +133,7 @@ fn whole_cells(of: AssembledScene<'_>) -> FeatureSentences {
         Some(format!("{} in `{}`: the material is evaluated {how}", block.kind.plural, body.name))
     };
     let found = of.bodies.iter().filter_map(of_body).collect();
-    listed(found, "quadrilaterals and hexahedra: no body has any")
+    listed(found, "quadrilaterals and hexahedra: no body uses them")
 }
 
 fn membranes(of: AssembledScene<'_>) -> FeatureSentences {
@@ -145,13 +145,14 @@ fn membranes(of: AssembledScene<'_>) -> FeatureSentences {
         };
         Some(format!("`{}` is a membrane, {} m thick, in {plane}", body.name, membrane.thickness))
     };
-    listed(of.scene.body.iter().zip(of.bodies).filter_map(of_body).collect(), "membranes: no body is one")
+    let found = of.scene.body.iter().zip(of.bodies).filter_map(of_body).collect();
+    listed(found, "membranes: no body has `membrane`")
 }
 
 fn automatic_differentiation(of: AssembledScene<'_>) -> FeatureSentences {
     let any = of.scene.body.iter().any(|body| body.stress == Some(Stress::Autodiff));
     let yes = any.then_some("stress by automatic differentiation");
-    either(yes, "automatic differentiation: no body asks for it")
+    either(yes, "automatic differentiation: no body has `stress = \"autodiff\"`")
 }
 
 /// Formulas, fibres and presets of the bodies.
@@ -186,13 +187,13 @@ fn materials(of: AssembledScene<'_>) -> FeatureSentences {
 
 fn springs(of: AssembledScene<'_>) -> FeatureSentences {
     let any = of.bodies.iter().any(|body| !body.springs.is_empty());
-    either(any.then_some("springs"), "springs: no body has any")
+    either(any.then_some("springs"), "springs: none")
 }
 
 fn bending(of: AssembledScene<'_>) -> FeatureSentences {
     let bends: usize = of.bodies.iter().map(|body| body.bends.count()).sum();
     let yes = (bends > 0).then(|| format!("bending at {bends} hinges and joints"));
-    either(yes, "bending: no body resists it")
+    either(yes, "bending: no body has bending stiffness")
 }
 
 fn uniform_gravity(of: AssembledScene<'_>) -> FeatureSentences {
@@ -200,7 +201,7 @@ fn uniform_gravity(of: AssembledScene<'_>) -> FeatureSentences {
         true => "uniform gravity that changes with time: it does work, and energy is not conserved",
         false => "uniform gravity",
     });
-    either(yes, "uniform gravity: none given")
+    either(yes, "uniform gravity: none")
 }
 
 fn mutual_gravity(of: AssembledScene<'_>) -> FeatureSentences {
@@ -216,11 +217,11 @@ fn mutual_gravity(of: AssembledScene<'_>) -> FeatureSentences {
 fn pinned(of: AssembledScene<'_>) -> FeatureSentences {
     let held = of.bodies.iter().filter(|body| !body.is_obstacle);
     let pins = held.map(|body| body.pinned().len()).sum::<usize>() as u64;
-    either((pins > 0).then(|| counted(pins, "pinned vertex", "pinned vertices")), "pins: no vertex is held")
+    either((pins > 0).then(|| counted(pins, "pinned vertex", "pinned vertices")), "pins: no vertex is pinned")
 }
 
 fn prescribed_motion(of: AssembledScene<'_>) -> FeatureSentences {
-    listed(pins::described(of.bodies, |held| held.motion()), "prescribed motion: no pin moves")
+    listed(pins::described(of.bodies, |held| held.motion()), "prescribed motion: none")
 }
 
 fn releases(of: AssembledScene<'_>) -> FeatureSentences {
@@ -228,7 +229,7 @@ fn releases(of: AssembledScene<'_>) -> FeatureSentences {
         let fixed = of.simulation.step_control().is_none();
         held.release(fixed.then(|| of.simulation.step_size()))
     });
-    listed(found, "release: no pin lets go")
+    listed(found, "timed releases: none")
 }
 
 fn material_axes(of: AssembledScene<'_>) -> FeatureSentences {
@@ -242,19 +243,19 @@ fn material_axes(of: AssembledScene<'_>) -> FeatureSentences {
 
 fn muscles(of: AssembledScene<'_>) -> FeatureSentences {
     let found = of.bodies.iter().flat_map(BodyAssembly::described_muscles).collect();
-    listed(found, "muscles: no body contracts by itself")
+    listed(found, "muscles: none")
 }
 
 fn loads(of: AssembledScene<'_>) -> FeatureSentences {
     let of_body = |body: &BodyAssembly| -> Vec<String> {
         body.loads.iter().map(|load| load.described(&body.fixed())).collect()
     };
-    listed(of.bodies.iter().flat_map(of_body).collect(), "loads: no force from outside")
+    listed(of.bodies.iter().flat_map(of_body).collect(), "loads: none")
 }
 
 fn attachments(of: AssembledScene<'_>) -> FeatureSentences {
     let found = of.attachments.iter().map(AttachmentPlan::described).collect();
-    listed(found, "attachments: nothing is tied to a place or to another body")
+    listed(found, "attachments: none")
 }
 
 fn walls(of: AssembledScene<'_>) -> FeatureSentences {
@@ -265,7 +266,7 @@ fn walls(of: AssembledScene<'_>) -> FeatureSentences {
     }
     let walls = of.simulation.system().walls().len() as u64;
     let yes = (walls > 0).then(|| counted(walls, "wall", "walls"));
-    either(yes, "walls: none, and no test for crossing them")
+    either(yes, "walls: none")
 }
 
 fn drag(of: AssembledScene<'_>) -> FeatureSentences {
@@ -276,19 +277,19 @@ fn drag(of: AssembledScene<'_>) -> FeatureSentences {
 fn damping(of: AssembledScene<'_>) -> FeatureSentences {
     let names: Vec<String> = of.simulation.system().dissipation().iter().map(|term| term.name()).collect();
     let yes = (!names.is_empty()).then(|| names.join(", "));
-    either(yes, "damping: no body has any, and no force depends on velocities")
+    either(yes, "damping: none")
 }
 
 fn step_sizes(of: AssembledScene<'_>) -> FeatureSentences {
     let along = of.scene.time.arc_length.as_ref().map(|spec| {
         format!(
-            "the path of equilibria by arc length, the first increment of the load factor {}: `t` in \
-             formulas is the load factor, and time counts steps",
+            "arc-length continuation, the first increment of the load factor {}: `t` in formulas is the load \
+             factor, and time counts steps",
             spec.first_or_default()
         )
     });
     let control = || of.simulation.step_control().map(|control| follows(control, of.simulation));
-    either(along.or_else(control), "error estimates, steps that are taken back: the step size is fixed")
+    either(along.or_else(control), "error estimates, rejected steps: the step size is fixed")
 }
 
 fn channels(of: AssembledScene<'_>) -> FeatureSentences {
@@ -307,7 +308,7 @@ fn channels(of: AssembledScene<'_>) -> FeatureSentences {
 
 fn measures(of: AssembledScene<'_>) -> FeatureSentences {
     let yes = fields(of, FieldRows::Elements).map(|names| format!("output /elements: {names}"));
-    either(yes, "output /elements: no deformation, strain or stress of elements is computed")
+    either(yes, "output /elements: no strain or stress of elements is computed")
 }
 
 fn recovery(of: AssembledScene<'_>) -> FeatureSentences {
@@ -346,7 +347,7 @@ fn linear_solver(of: AssembledScene<'_>) -> FeatureSentences {
         false => of.simulation.linear_solver(),
     };
     let solves = of.simulation.method().documentation.solves > 0;
-    let no = "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit";
+    let no = "stiffness matrix, linear solver, Hessians: the integrator is explicit";
     either(solves.then(solver), no)
 }
 
@@ -359,15 +360,15 @@ fn steps_in_parts(of: AssembledScene<'_>) -> FeatureSentences {
     let retries = time.solver_options().retries;
     let yes = (retries > 0).then(|| {
         format!(
-            "steps that are not solved are taken in parts, down to {} s; every one is counted",
-            Rounded::<4>(simulation.step_size() * 0.5_f64.powi(retries as i32))
+            "step subdivision: a failed step is halved repeatedly, down to {}; every part is counted",
+            Seconds(simulation.step_size() * 0.5_f64.powi(retries as i32))
         )
     });
-    either(yes, "steps in parts: one that is not solved ends the run")
+    either(yes, "step subdivision: `retries` in [time] solver is 0, so a failed step ends the run")
 }
 
 fn study(of: AssembledScene<'_>) -> FeatureSentences {
-    let no = "the study: a run takes no notice of it, `pliant study` makes it";
+    let no = "[study]: only `pliant study` reads it";
     let left_out = of.scene.study.iter().map(|_| no.to_owned()).collect();
     FeatureSentences { uses: vec![], left_out }
 }
@@ -401,24 +402,21 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     if simulation.method().is_static() {
         let StepControl { first, smallest, largest, .. } = *control;
         return format!(
-            "increments as large as they can be solved, the first {} s, down to {smallest} s and up to \
-             {largest} s; every one that is taken back is counted",
-            Rounded::<4>(first.unwrap_or(largest)),
-            smallest = Rounded::<4>(smallest),
-            largest = Rounded::<4>(largest)
+            "automatic increments, the first {}, down to {smallest} and up to {largest}; rejected ones are \
+             counted",
+            Seconds(first.unwrap_or(largest)),
+            smallest = Seconds(smallest),
+            largest = Seconds(largest)
         );
     }
     if simulation.method().has_own_criterion() {
-        return format!(
-            "step sizes by the scheme's own criterion, steps up to {} s",
-            Rounded::<4>(control.largest)
-        );
+        return format!("step sizes by the integrator's own criterion, up to {}", Seconds(control.largest));
     }
     let Tolerances { position, velocity, relative } = control.tolerances;
     format!(
-        "step sizes that follow the error: {position} m and {velocity} m/s + {relative} of the speed in \
-         every step, steps up to {} s; every step that is taken back is counted",
-        Rounded::<4>(control.largest),
+        "adaptive step size: errors per step up to {position} m and {velocity} m/s + {relative} of the \
+         speed, steps up to {}; rejected steps are counted",
+        Seconds(control.largest),
         position = Rounded::<4>(position),
         velocity = Rounded::<4>(velocity),
         relative = Rounded::<17>(relative)

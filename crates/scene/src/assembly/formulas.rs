@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::body::BodyAssembly;
 use crate::{Body, KeyPath, OverTime, Scene};
 use pliant::material::Lame;
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, Seconds};
 use pliant::simulation::Simulation;
 
 /// Maximum number of intervals of a run that are sampled.
@@ -81,14 +81,10 @@ fn between_steps(
     let mut finer = (1..=HALVINGS).map(|halvings| h / 2.0_f64.powi(halvings));
     let enough = finer.find(|h| missed(formula, *worst, *h, duration).is_some_and(|m| m <= FOLLOWED));
     let advice = match enough {
-        Some(h) => format!("steps of {} s follow it", Rounded::<3>(h)),
+        Some(h) => format!("use steps of {} s", Rounded::<3>(h)),
         None => "let it change over several steps".to_owned(),
     };
-    Some(format!(
-        "`{path}` changes more within steps of {} s than from one to the next: the run sees little of it; \
-         {advice}",
-        Rounded::<4>(h)
-    ))
+    Some(format!("`{path}` changes too fast for steps of {}, which do not resolve it: {advice}", Seconds(h)))
 }
 
 /// Fraction of a formula's variance that linear interpolation between the steps misses; `None` if the
@@ -148,8 +144,8 @@ fn swings(
     let frequency = PI * turns as f64 / duration;
     (turns >= SWINGS && frequency > SLOW * slowest).then(|| {
         format!(
-            "`{path}` swings at about {} rad/s, and `{body}` by itself at about {} rad/s: quasi-static runs \
-             leave out inertia, which matters there; a dynamic scheme has it",
+            "`{path}` oscillates at about {} rad/s, and the lowest natural frequency of `{body}` is about \
+             {} rad/s: quasi-static runs neglect inertia, which matters here; use a dynamic integrator",
             Rounded::<2>(frequency),
             Rounded::<2>(slowest)
         )

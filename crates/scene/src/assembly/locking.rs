@@ -45,8 +45,7 @@ const NEARLY_FULL: f64 = 0.499;
 const EXCESS: f64 = 1.5;
 
 /// Advice: elements without locking.
-const REMEDY: &str =
-    "`order = 2` in the body does not lock, nor do quadrilaterals (in 3D hexahedra) in place of simplices";
+const REMEDY: &str = "use `order = 2` in the body, or quadrilaterals (in 3D hexahedra)";
 
 /// Warnings of bodies that lock, with a remedy.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
@@ -72,19 +71,17 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     if let Some(poisson) = poisson(material, &body.mesh).filter(|nu| *nu >= NEARLY_INCOMPRESSIBLE - ROUNDING)
     {
         warnings.push(format!(
-            "`{name}` locks: with a Poisson's ratio of {poisson:.4} (from {NEARLY_INCOMPRESSIBLE} on) \
-             linear elements can hardly deform without changing their volume, and are too stiff, the more \
-             the closer it is to 0.5; {REMEDY}"
+            "volumetric locking of `{name}`: at a Poisson's ratio of {poisson:.4} linear elements are too \
+             stiff (from {NEARLY_INCOMPRESSIBLE} on, and more so towards 0.5); {REMEDY}"
         ));
     }
     if let Some(SlenderBody { thickness, length, cells }) = thin(&body.mesh) {
         warnings.push(format!(
-            "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness} m \
-             (from its surface along the normal to the other side, over half of it or more), {:.1} times \
-             longer than thick; with n of them, as long as thick, bending is about 1 + {STIFFENING}/n^2 \
-             times too stiff, here {:.1} times or more; {REMEDY}",
+            "`{name}` is about {stiffer} % too stiff in bending (shear locking), or more: {cells:.1} linear \
+             elements through its thickness of {thickness} m, and it is {:.1} times longer than thick; \
+             {REMEDY}",
             length / thickness,
-            1.0 + STIFFENING / (cells * cells),
+            stiffer = Rounded::<2>(100.0 * STIFFENING / (cells * cells)),
             thickness = Rounded::<4>(thickness)
         ));
     }
@@ -98,9 +95,9 @@ fn nearly_locked(body: &BodyAssembly, block: &CellBlock, material: &MaterialSpec
     let poisson = poisson(material, &body.mesh).filter(|nu| *nu > NEARLY_FULL)?;
     (block.kind != serendipity).then(|| {
         format!(
-            "`{}` locks mildly: with a Poisson's ratio of {poisson:.5} (above {NEARLY_FULL}) its {} are too \
-             stiff, by 2% at 0.499 and 12% at 0.4999 in a thick cylinder of five cells; take `serendipity = \
-             true`, whose {} do not lock, or finer cells",
+            "mild volumetric locking of `{}`: at a Poisson's ratio of {poisson:.5} (above {NEARLY_FULL}) its \
+             {} are too stiff, by 2 % at 0.499 and 12 % at 0.4999 in a thick cylinder of five cells; use \
+             `serendipity = true`, whose {} do not lock, or finer cells",
             body.name, block.kind.plural, serendipity.plural
         )
     })
@@ -114,9 +111,9 @@ fn trapezoids(body: &BodyAssembly, block: &CellBlock) -> Option<String> {
     let middle = *found.get(found.len() / 2)?;
     (middle > EXCESS).then(|| {
         format!(
-            "`{}` bends too stiffly: half of its {} or more are no parallelograms and resist bending \
-             {middle:.1} times as the solid does or more, with {cells} through its thickness of {} m; make \
-             opposite sides of cells parallel, or take `order = 2`",
+            "`{}` is too stiff in bending: at least half of its {} are not parallelograms, and resist \
+             bending at least {middle:.1} times as much as the solid, with {cells} through its thickness of \
+             {} m; make opposite sides of cells parallel, or use `order = 2`",
             body.name,
             block.kind.plural,
             Rounded::<4>(thickness)
@@ -161,9 +158,9 @@ fn facets(body: &BodyAssembly) -> Option<String> {
     let excess = 1.0 + 16.0 / 15.0 * (rise / thickness).powi(2);
     (excess > FACETED).then(|| {
         format!(
-            "`{}` bends too stiffly: its surface is curved, its elements of second order have straight \
-             sides, and half of its faces or more are off the curve by {} m or more, with {} m of thickness; \
-             such facets are about {excess:.1} times as stiff in bending or more; give more elements along \
+            "`{}` is too stiff in bending: its surface is curved, its second-order elements have straight \
+             sides, and at least half of its faces are {} m or more off the curve, with {} m of thickness; \
+             such facets are about {excess:.1} times as stiff in bending, or more; use more elements along \
              the curve, or curved sides",
             body.name,
             Rounded::<2>(*rise),

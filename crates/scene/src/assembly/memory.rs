@@ -201,10 +201,10 @@ fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u6
     let path = if scene.time.solver.is_some() { path.key("solver") } else { path.key("integrator") };
     Problem::semantic(path, message)
         .with_help(
-            "`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" \
-                    next to nothing",
+            "use `solver = { linear = \"multigrid\" }`, which takes less than a factorisation, or \
+                    \"matrix-free\", which takes almost none",
         )
-        .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
+        .with_help("or fewer cells, an explicit integrator, or a machine with more memory")
 }
 
 /// Amount in words: `about 460 MB`, or what there is where it could not be counted.

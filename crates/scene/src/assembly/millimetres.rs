@@ -63,7 +63,7 @@ fn airy(spec: &Body, body: &BodyAssembly) -> Option<String> {
     let light = |density: &f64| (LIGHTER_THAN_FOAM..LIGHT_AS_AIR).contains(density);
     let density = density(spec).filter(light)?;
     Some(format!(
-        "`{}` has a density of {density:?} kg/m^3, about that of air: if the number is beside that of water, \
+        "`{}` has a density of {density:?} kg/m^3, about that of air: if the number is relative to water, \
          write its unit, `\"{density:?} g/cm^3\"`",
         body.name
     ))

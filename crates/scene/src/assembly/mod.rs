@@ -32,7 +32,7 @@ mod surfaces;
 mod terms;
 mod warnings;
 
-use pliant::quantity::Rounded;
+use pliant::quantity::{Rounded, Seconds};
 use std::path::Path;
 
 use crate::Body;
@@ -232,12 +232,12 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
     let message = format!(
-        "Newton's method would end where its next correction is {tolerance} m, and the whole scene is \
-         {size} m large: it would hardly begin",
+        "`tolerance` is too large: Newton's method would stop at updates of {tolerance} m, in a scene of \
+         {size} m",
         tolerance = Rounded::<17>(tolerance),
         size = Rounded::<4>(size)
     );
-    let advice = format!("give {} or less, or leave it out", Rounded::<1>(GOOD_TOLERANCE * size));
+    let advice = format!("give {} or less, or remove it", Rounded::<1>(GOOD_TOLERANCE * size));
     Some(Problem::semantic(path, message).with_help(advice))
 }
 
@@ -281,29 +281,28 @@ fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Proble
     let path = KeyPath::root().key("time").key("step");
     let message = if stability.grows_at_any_step {
         format!(
-            "{name} gains energy at any step; with {step} s the fastest motion ({} rad/s) more than doubles \
-             in {} s",
-            Rounded::<5>(stability.frequency),
-            scene.time.duration,
-            step = Rounded::<17>(step)
+            "{name} gains energy at any step; at {} its highest mode, {} rad/s, more than doubles in {} s",
+            Seconds(step),
+            Rounded::<4>(stability.frequency),
+            scene.time.duration
         )
     } else {
         format!(
-            "a step of {step} s is unstable for {name}: the fastest motion of this scene, {} rad/s{}, \
-             allows at most {limit} s",
-            Rounded::<5>(stability.frequency),
+            "a step of {} is unstable for {name}: the highest natural frequency, {} rad/s{}, allows at \
+             most {}",
+            Seconds(step),
+            Rounded::<4>(stability.frequency),
             strongest_damping(stability),
-            step = Rounded::<17>(step),
-            limit = Rounded::<7>(limit)
+            Seconds(limit)
         )
     };
     // A step slightly below the limit, rounded down to two digits.
     let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
     let advice = format!("use `step = {}`", Rounded::<2>(((0.98 * limit) / digits).floor() * digits));
-    let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();
+    let other = "or set `allow_unstable = true` in [time] to watch it blow up".to_string();
     let mut problem = Problem::semantic(path, message).with_help(advice);
     if stability.grows_at_any_step {
-        problem = problem.with_help("or a scheme that does not: symplectic-euler costs the same");
+        problem = problem.with_help("or an integrator that does not: symplectic-euler costs the same");
     }
     problem.with_help(other)
 }

@@ -46,12 +46,12 @@ impl PinPlan {
     pub(super) fn release(&self, h: Option<f64>) -> Option<String> {
         let until = self.spec.until?;
         let Some(h) = h else {
-            return Some(format!("{} let go at t = {until} s", self.counted()));
+            return Some(format!("{} released at t = {until} s", self.counted()));
         };
         // First step that begins at `until - h/2` or later.
         let step = ((until - 0.5 * h) / h).ceil().max(0.0);
         let steps = counted(step as u64, "step", "steps");
-        Some(format!("{} let go at t = {} s, after {steps}", self.counted(), step * h))
+        Some(format!("{} released at t = {} s, after {steps}", self.counted(), step * h))
     }
 
     /// Constraint of the pin in a simulation: `vertices` are the numbers there, `start` and `rest` the
@@ -112,11 +112,11 @@ fn contradictions(held: &[PinPlan], dimension: usize, path: &KeyPath) -> Vec<Pro
         problems.extend(others.into_iter().min().map(|(other, axis, vertex)| {
             let axis = ["x", "y", "z"][axis];
             let message = format!(
-                "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
+                "`{}` and `{}` both pin the {axis} of vertex {vertex}, and one of them moves it",
                 held[other].name, pin.name
             );
             let problem = Problem::semantic(path.key("pin").index(i), message);
-            problem.with_help("a coordinate that moves is held by one pin only")
+            problem.with_help("only one pin can prescribe the motion of a coordinate")
         }));
     }
     problems

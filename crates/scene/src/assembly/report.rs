@@ -160,7 +160,7 @@ impl Report {
             self.warnings.extend(contact.warnings(self.integrator));
         }
         if contact.as_ref().is_none_or(|contact| contact.of_walls) {
-            self.left_out.push("contact: no [contact], and bodies pass through each other".into());
+            self.left_out.push("contact: no [contact], so bodies can interpenetrate".into());
         }
         self.contact = contact;
     }

@@ -46,8 +46,8 @@ fn tolerance(scene: &Scene, simulation: &Simulation) -> Option<String> {
     let rounding = f64::EPSILON * reach.max(simulation.length_scale());
     (tolerance < rounding).then(|| {
         format!(
-            "[time] solver `tolerance = {}` m is below the rounding of positions, {} m: solves end where \
-             rounding lets them; {} m can be met",
+            "[time] solver `tolerance = {}` m is below the round-off of positions, {} m, so it cannot be \
+             met; {} m can",
             Rounded::<3>(tolerance),
             Rounded::<2>(rounding),
             Rounded::<1>(1e3 * rounding),

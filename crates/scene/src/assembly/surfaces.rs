@@ -30,8 +30,8 @@ fn parted(spec: &Body, body: &BodyReport) -> Option<String> {
             counted(pieces, "piece", "pieces")
         )),
         (vertices, _) => Some(format!(
-            "{} at the place of another and {} not joined to it: `{name}` is open there; `merge` joins them \
-             in a file",
+            "{} at the position of another and {} not joined to it: `{name}` is open there; `merge` joins \
+             them in a file",
             counted(vertices, "vertex lies", "vertices lie"),
             if vertices == 1 { "is" } else { "are" }
         )),

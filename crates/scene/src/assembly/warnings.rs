@@ -35,7 +35,7 @@ fn folded(body: &BodyAssembly) -> Option<String> {
     let are = if count == 1 { "is" } else { "are" };
     Some(format!(
         "`{}`: {count} of {} {} {are} folded at a corner, the most element {worst}, where det J is \
-         {least:.3} of its mean: answers are poor there; move vertices until all angles are below 180 \
+         {least:.3} of its mean: results are inaccurate there; move vertices until all angles are below 180 \
          degrees",
         body.name,
         block.cells().len(),
@@ -62,7 +62,7 @@ fn idle(scene: &Scene) -> Vec<String> {
             .chain(muscles.map(|_| format!("the tension of a muscle of `{name}`")))
             .collect::<Vec<_>>()
     };
-    let said = |what: String| format!("{what} is zero, and it does nothing until it is changed");
+    let said = |what: String| format!("{what} is zero: it has no effect until it is changed");
     named.flat_map(of_body).map(said).collect()
 }
 
@@ -73,7 +73,7 @@ fn rougher_than_rubber(scene: &Scene) -> Option<String> {
     let most = of_pairs.fold(contact.friction, f64::max);
     (most > ROUGHEST).then(|| {
         format!(
-            "a coefficient of friction of {} is of no surface that is known, rubber on rubber has 1 to 2: \
+            "a coefficient of friction of {} exceeds that of all known surfaces (rubber on rubber: 1 to 2): \
              nothing will slide",
             Rounded::<4>(most)
         )
@@ -126,15 +126,16 @@ fn pushed_apart(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly])
     if contact.gap < 0.0 {
         // A wall, which bodies may touch at the start.
         return Some(format!(
-            "`{}` starts {} m behind `{other}`: it is pushed out with {} N, {beside}; start it on the wall",
+            "`{}` starts {} m behind `{other}`: the wall pushes it out with {} N, {beside}; start it on the \
+             wall",
             body.name,
             Rounded::<3>(-contact.gap),
             Rounded::<4>(force)
         ));
     }
     Some(format!(
-        "`{}` starts {} m from `{other}`, {}% of the distance at which they begin to push: contact pushes it \
-         with {} N, {beside}; start it farther away, or give [contact] a smaller `distance`",
+        "`{}` starts {} m from `{other}`, {} % of the activation distance: contact pushes it with {} N, \
+         {beside}; start it farther away, or use a smaller [contact] `distance`",
         body.name,
         Rounded::<3>(contact.gap),
         Rounded::<3>(100.0 * contact.relative_gap),
@@ -152,8 +153,8 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
         bodies.iter().filter(|body| !(body.is_particles() || body.is_obstacle)).collect();
     let [a, b] = first_meeting(solid.iter().map(|body| &body.position[..]), scene.dimension)?;
     Some(format!(
-        "the boxes around `{}` and `{}` meet, and nothing makes bodies collide: `contact = {{}}` in the \
-         scene does",
+        "the bounding boxes of `{}` and `{}` meet, and nothing makes bodies collide: add `contact = {{}}` to \
+         the scene",
         solid[a].name, solid[b].name
     ))
 }
@@ -171,8 +172,8 @@ fn behind_walls(simulation: &Simulation) -> Option<String> {
     behind.sort_by(|a, b| b.2.total_cmp(&a.2));
     let &(wall, vertex, depth) = behind.first()?;
     Some(format!(
-        "{} behind a wall, vertex {} by {depth} m behind wall {wall}: the first step puts them back there, \
-         and the energy that this takes is not in the balance; move the bodies or the wall",
+        "{} behind a wall, vertex {} by {depth} m behind wall {wall}: the first step moves them back, and \
+         the energy balance does not include this work; move the bodies or the wall",
         counted(behind.len() as u64, "vertex starts", "vertices start"),
         simulation.numbering().original(vertex as u32),
         depth = Rounded::<4>(depth)
@@ -186,9 +187,9 @@ fn walls(scene: &Scene) -> Option<String> {
     let are_put_back = scene.acting_contact().is_none() && method.solves > 0;
     (are_put_back && !scene.world.walls.is_empty()).then(|| {
         format!(
-            "`{}` solves a step as if there were no walls, and vertices are put back afterwards: what rests \
-             on a wall is too soft there, and sinks in, the more the larger the step; `implicit-euler`, \
-             `bdf2`, `tr-bdf2` and `sdirk2` hold walls in the solve",
+            "`{}` solves a step as if there were no walls, and vertices are moved back afterwards: resting \
+             bodies sink into a wall, more so at larger steps; `implicit-euler`, `bdf2`, `tr-bdf2` and \
+             `sdirk2` hold walls in the solve",
             method.name
         )
     })

@@ -133,7 +133,7 @@ fn what_the_scene_refuses_is_refused_with_its_message_and_changes_nothing() {
             "there is no vertex 10; the scene has 10",
         ),
         (ExperimentCommand::Grab { vertex: 9, target: vec![0.0; 3] }, "2 finite coordinates"),
-        (ExperimentCommand::Grab { vertex: 0, target: vec![0.0; 2] }, "vertex 0 is held by a pin"),
+        (ExperimentCommand::Grab { vertex: 0, target: vec![0.0; 2] }, "vertex 0 is pinned"),
         (ExperimentCommand::Integrator { name: "rk5".into() }, "there is no integrator `rk5`"),
         (ExperimentCommand::Integrator { name: "velocity-verlet".into() }, "is unstable for velocity-verlet"),
     ];
@@ -156,7 +156,7 @@ fn a_step_that_fails_names_its_element_and_an_earlier_state_is_gone_back_to() {
     experiment.execute(&ExperimentCommand::Grab { vertex: 9, target: vec![-60.0, 30.0] }).unwrap();
     let failed = (0..3000).any(|_| !experiment.step());
     let failure = experiment.failure().cloned().unwrap();
-    assert!(failed && failure.message.contains("cannot be taken"), "{failure:?}");
+    assert!(failed && failure.message.contains("s) failed"), "{failure:?}");
     assert!(failure.body.as_deref() == Some("beam") && failure.element.is_some(), "{failure:?}");
     let last = experiment.simulation().state().step;
     experiment.execute(&ExperimentCommand::Release).unwrap();

@@ -49,13 +49,13 @@ channels! {
     /// Energies, what came in and what was lost, and momenta, on `/energy`.
     Energy: "energy",
         "output /energy: energies, their balance with all losses, and momenta at every frame",
-        "output /energy: energies are looked at every 128 steps and in frames, to catch \
-          a blow-up, and nobody asks what is lost";
+        "output /energy: energies are computed every 128 steps and in frames, to detect \
+          instability; there is no energy balance";
     /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on
     /// `/reactions`.
     Reactions: "reactions",
         "output /reactions: force and moment of every pin and wall",
-        "output /reactions: forces of pins and walls are looked at once, at the end";
+        "output /reactions: forces of pins and walls are computed once, at the end";
     /// Surfaces that touch, on `/contacts`: bodies, closest points [m], normal, gap [m], normal force and
     /// friction [N] of every pair of primitives.
     Contacts: "contacts",

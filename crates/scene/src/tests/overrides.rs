@@ -82,10 +82,10 @@ fn paths_that_lead_nowhere() {
             "body.0.mesh.grid.cells.2=1",
             "there is no `body.0.mesh.grid.cells.2`: `body.0.mesh.grid.cells` has 2 entries",
         ),
-        ("body.net.name=x", "`body.net.name` leads nowhere: `body` is a list of 1"),
-        ("time.step.size=1", "`time.step.size` leads nowhere: `time.step` is a value (float)"),
-        ("time.0=1", "`time.0` leads nowhere: `time` is a table, which has no numbers"),
-        ("0=1", "`0` leads nowhere: the scene is a table, which has no numbers"),
+        ("body.net.name=x", "no key `body.net.name`: `body` is a list of 1"),
+        ("time.step.size=1", "no key `time.step.size`: `time.step` is a single value (float)"),
+        ("time.0=1", "no key `time.0`: `time` is a table, whose keys are names"),
+        ("0=1", "no key `0`: the scene is a table, whose keys are names"),
         ("body.0=1", "`body.0` is a table, and integer is not"),
     ] {
         let failed = set(GOOD, &[text]).expect_err(text);

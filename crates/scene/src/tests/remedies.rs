@@ -39,7 +39,7 @@ fn keys_beside_a_choice_are_told_where_they_stand() {
     let beside = problem(MESH, "{ grid = { cells = [2, 3], spacing = 0.1 }, transform = { scale = 2.0 } }");
     assert_eq!(beside.path.to_string(), "body.0.mesh.transform");
     assert!(matches!(&beside.kind, ProblemKind::UnknownField { field, .. } if field == "transform"));
-    assert!(beside.help[0].contains("stands beside `mesh`"), "{beside:?}");
+    assert!(beside.help[0].contains("belongs next to `mesh`"), "{beside:?}");
     let inside = problem(MESH, "{ grid = { cells = [2, 3] }, spacing = 0.1 }");
     assert!(inside.help[0].contains("`mesh = { grid = { spacing = .. } }`"), "{inside:?}");
     // Two choices are still two.

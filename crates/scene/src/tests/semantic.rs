@@ -213,7 +213,7 @@ fn meshes() {
             MESH,
             "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1, 0], v = [0, -1] } }",
             &["13:69 body.0.mesh.cloth.v: in 2D `v` must be counter-clockwise from `u`, else every \
-                 triangle is inside out"],
+                 triangle is inverted"],
         ),
         (
             MESH,
@@ -331,7 +331,7 @@ fn pins() {
         assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{new}");
         assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{new}");
     };
-    case("[{ axes = ['x'] }]", "{ axes = ['x'] }", "body.0.pin.0: this says not which vertices are meant");
+    case("[{ axes = ['x'] }]", "{ axes = ['x'] }", "body.0.pin.0: this does not select vertices");
     case(
         "[{ vertices = [0], group = 'a' }]",
         "{ vertices = [0], group = 'a' }",
@@ -347,7 +347,7 @@ fn pins() {
         "{ vertices = [1] }",
         "body.0.pin.1.name: pins 0 and 1 of this body are both named \"pin1\"",
     );
-    case("[{ vertices = [0], axes = [] }]", "[]", "body.0.pin.0.axes: `axes` is empty: nothing is held");
+    case("[{ vertices = [0], axes = [] }]", "[]", "body.0.pin.0.axes: `axes` is empty: nothing is pinned");
     case(
         "[{ vertices = [0], axes = ['x', 'z'] }]",
         "'z'",
@@ -556,7 +556,7 @@ fn a_coordinate_that_moves_is_held_by_one_pin_only() {
     assert_eq!(problems(&format!("[{{ vertices = [0] }}, {{ vertices = [1], {moving} }}]")), none);
     assert_eq!(
         problems(&format!("[{{ vertices = [0, 1], {moving} }}, {{ vertices = [1, 2], axes = ['y'] }}]")),
-        ["body.0.pin.1: `pin0` and `pin1` both hold the y of vertex 1, and one of them moves it"]
+        ["body.0.pin.1: `pin0` and `pin1` both pin the y of vertex 1, and one of them moves it"]
     );
 }
 
@@ -736,8 +736,8 @@ fn orders() {
         ),
         (
             format!("{elastic}\n{springs}\norder = 2"),
-            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of \
-             edges: a body of `order` 2 has none",
+            "16:9 body.0.order: `springs` connect corners and do not support mid-edge nodes: a body of \
+             `order` 2 cannot have them",
         ),
     ];
     for (text, expected) in table {
@@ -785,8 +785,8 @@ fn membranes() {
         ),
         (
             &[cloth, "elastic = { linear = { young = 1e5, poisson = 0.3 } }", membrane],
-            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a \
-             sheet have no direction to be compared with",
+            "5:13 body.0.elastic.linear: `linear` depends on the rotation of an element, but triangles of \
+             a membrane have no reference direction",
         ),
         (
             &[cloth, "elastic = { dirichlet = { stiffness = 1e5 } }", membrane],
@@ -846,7 +846,7 @@ fn attachments() {
         + ", points = [[0, 0], [1, 0], [2, 0]]";
     let uses = assembled(&total).unwrap();
     assert!(
-        uses.contains("3 vertices of `a` to given places, 3.333333")
+        uses.contains("3 vertices of `a` to given points, 3.333333")
             && uses.contains("damping of attachment"),
         "{uses}"
     );
@@ -864,18 +864,18 @@ fn attachments() {
             "3:15 attachment.0: an attachment takes exactly one of `stiffness` [N/m], of each tie, and \
              `total_stiffness` [N/m]",
         ),
-        ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this says not which vertices are meant"),
+        ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this does not select vertices"),
         (
             format!("{side}, target = {{ body = 'a', nearest_vertex = 1 }}"),
-            "attachment.0.target.body: a vertex is nearest to itself: `target` is the body whose vertices \
-             are tied",
+            "attachment.0.target.body: `target` must be a different body: here each vertex is nearest to \
+             itself",
         ),
         (
             format!("{side}, target = {{ body = 'b' }}"),
             "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and \
              `nearest_point`",
         ),
-        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 place for 3 vertices"),
+        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 point for 3 vertices"),
         (
             format!("{side}, target = {{ body = 'b', vertices = [0, 1, 9] }}"),
             "attachment.0.target.vertices: `b` has no vertex 9: it has 9, from 0",
@@ -911,7 +911,7 @@ fn retries_of_steps() {
         assert_eq!(briefly(&error(&text(steps, solver))), [expected], "{steps} {solver}");
     }
     let failed = error(&changed("step = 1e-3", "step = 1e-3\nsolver = { retries = 2 }"));
-    assert_eq!(briefly(&failed), ["6:10 time.solver: symplectic-euler is explicit and solves no equations"]);
+    assert_eq!(briefly(&failed), ["6:10 time.solver: `solver` has no effect: symplectic-euler is explicit"]);
 }
 
 #[test]

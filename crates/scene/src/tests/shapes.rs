@@ -96,7 +96,7 @@ fn mistakes_of_transformations_are_at_their_keys() {
     wrong(
         "repeat = { count = [2, 1, 1], spacing = [0, 1, 1] }",
         "body.0.repeat.spacing.0",
-        "in the same place",
+        "at the same position",
     );
     wrong(
         "repeat = { count = [100000, 100000, 1], spacing = [1, 1, 1] }",

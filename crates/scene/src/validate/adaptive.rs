@@ -49,7 +49,7 @@ fn adaptive(check: &mut Checker, path: &KeyPath, adaptive: &Adaptive, time: &Tim
         && !check.number(&path.key("tolerance"), tolerance, "")
     {
         check.help(
-            "it is the relative error of a step: 1e-3 is coarse, 1e-6 usual, and 1e-14 where rounding ends",
+            "it is the relative error of a step: 1e-3 is coarse, 1e-6 usual, and 1e-14 close to round-off",
         );
     }
     let Adaptive { tolerance, position, velocity, first, smallest, largest } = *adaptive;
@@ -63,7 +63,7 @@ fn adaptive(check: &mut Checker, path: &KeyPath, adaptive: &Adaptive, time: &Tim
         let problem = Problem::semantic(path.key(key), message).at_key();
         check.report(problem.with_help(match method.is_static() {
             true => "remove it; equilibria are found to the `tolerance` of [time] solver",
-            false => "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
+            false => "remove it; accuracy is a parameter of the integrator, see `pliant list integrators`",
         }));
     }
     let values = [

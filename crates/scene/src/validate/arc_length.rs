@@ -11,9 +11,9 @@ pub(super) fn arc_length(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let method = scene.time.integrator.method();
     if !method.is_static() {
         let name = method.documentation.name;
-        let message = format!("arc length follows equilibria, and {name} is a scheme of motion in time");
+        let message = format!("arc length follows equilibria, but {name} integrates motion in time");
         let problem = Problem::semantic(path.clone(), message).at_key();
-        check.report(problem.with_help("take `integrator = \"quasi-static\"`, or give `step`"));
+        check.report(problem.with_help("use `integrator = \"quasi-static\"`, or give `step`"));
         return;
     }
     numbers(check, path, spec);
@@ -61,18 +61,19 @@ fn refuse(check: &mut Checker, scene: &Scene) {
     let mut no = |path: KeyPath, message: &str, help: &str| {
         check.report(Problem::semantic(path, message).at_key().with_help(help));
     };
-    let by_increments = "take `adaptive = {}` in place of `arc_length`";
+    let by_increments = "use `adaptive = {}` instead of `arc_length`";
     if scene.contact.is_some() {
-        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections \
-                       to a given distance may lead through them";
+        let message = "arc length does not support contact: the path has kinks where surfaces meet, and \
+                       corrections at a fixed arc length may cross them";
         no(root.key("contact"), message, by_increments);
     }
     if !scene.world.walls.is_empty() {
-        let message = "arc length knows no walls: where they are met the path of equilibria has kinks";
+        let message =
+            "arc length does not support walls: the path of equilibria has kinks where they are met";
         no(root.key("world").key("walls"), message, by_increments);
     }
     if scene.world.ether_drag.is_some() {
-        no(root.key("world").key("ether_drag"), "a path of equilibria has no speed to drag at", "remove it");
+        no(root.key("world").key("ether_drag"), "a path of equilibria has no velocity to drag", "remove it");
     }
     for (b, body) in scene.body.iter().enumerate() {
         let path = root.key("body").index(b);
@@ -82,7 +83,7 @@ fn refuse(check: &mut Checker, scene: &Scene) {
         for (p, pin) in body.pin.iter().enumerate() {
             let path = path.key("pin").index(p);
             if pin.until.is_some() {
-                let message = "a pin lets go at a time, and a path of equilibria has none";
+                let message = "a pin is released at a time, but a path of equilibria has no time";
                 no(path.key("until"), message, "remove it");
             }
             if pin.motion.as_ref().is_some_and(|motion| motion.keyframes.is_some()) {

@@ -47,7 +47,7 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
             let message = "`points` and `target` are both given";
             let problem = Problem::semantic(path.key("points"), message).at_key();
             check.report(
-                problem.with_help("vertices are tied to places in space or to another body: give one"),
+                problem.with_help("vertices are tied to points in space or to another body: give one"),
             );
         }
     }
@@ -56,7 +56,7 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
         let other = bodies.known(check, &path.key("body"), &target.body);
         self::target(check, &path, target);
         if body.is_some() && body == other && target.vertices.is_none() {
-            let message = "a vertex is nearest to itself: `target` is the body whose vertices are tied";
+            let message = "`target` must be a different body: here each vertex is nearest to itself";
             let problem = Problem::semantic(path.key("body"), message);
             check.report(problem.with_help("name another body, or list `vertices` of the same one"));
         }

@@ -118,8 +118,8 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
     } else if order == 2 && body.springs.is_some() {
         let problem = Problem::semantic(
             path.clone(),
-            "`springs` run from corner to corner and know no nodes in the middle of edges: a body of \
-             `order` 2 has none",
+            "`springs` connect corners and do not support mid-edge nodes: a body of `order` 2 cannot have \
+             them",
         );
         check.report(problem.with_help("remove `springs`, or use `order = 1`"));
     }

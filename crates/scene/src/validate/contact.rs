@@ -120,7 +120,7 @@ fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, (names, bod
         check.number(&path.key("friction"), friction, "");
     }
     if pair.friction.is_none() && pair.contact.is_none() {
-        let problem = Problem::semantic(path.clone(), "this pair says nothing");
+        let problem = Problem::semantic(path.clone(), "this pair sets nothing");
         check.report(problem.with_help("give `friction`, or `contact = false`"));
     }
 }
@@ -137,7 +137,7 @@ fn obstacles(check: &mut Checker, path: &KeyPath, scene: &Scene) {
                 "an obstacle acts by contact, and the scene has no `[contact]`",
             );
             check.report(
-                problem.with_help("add `contact = {}`, or a wall of `[world]` for an explicit scheme"),
+                problem.with_help("add `contact = {}`, or a wall of `[world]` for an explicit integrator"),
             );
         }
         if obstacle.name.is_some() {
@@ -209,6 +209,6 @@ fn scheme(check: &mut Checker, scene: &Scene) {
     let problem = Problem::semantic(KeyPath::root().key("time").key("integrator"), message);
     check.report(problem.with_help(
         "contact holds with implicit-euler, bdf2, tr-bdf2, sdirk2, sdirk3, sdirk4, trapezoid, newmark, \
-         generalised-alpha with `rho = 0`, quasi-static, and with explicit schemes",
+         generalised-alpha with `rho = 0`, quasi-static, and with explicit integrators",
     ));
 }

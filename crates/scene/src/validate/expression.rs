@@ -29,8 +29,8 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
         }
     }
     if sheet && !energy.is_isotropic() && energy.check_at_rest(2).is_ok() {
-        let message = "`psi` depends on how an element is turned, and triangles of a sheet have no \
-                       direction to be compared with";
+        let message = "`psi` depends on the rotation of an element, but triangles of a membrane have no \
+                       reference direction";
         let problem = Problem::semantic(path.key("psi"), message);
         check.report(problem.with_help("write it with I1, I2 and J, or with l1, l2 and l3"));
     }
@@ -40,11 +40,11 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
 pub(super) fn directions(check: &mut Checker, path: &KeyPath, material: &MaterialSpec, body: &Body) {
     if body.membrane.is_some() && !material.is_isotropic() {
         let message = format!(
-            "`{}` depends on how an element is turned, and triangles of a sheet have no direction to be \
-             compared with",
+            "`{}` depends on the rotation of an element, but triangles of a membrane have no reference \
+             direction",
             material.name()
         );
-        check.report(Problem::semantic(path.clone(), message).with_help("take an isotropic material"));
+        check.report(Problem::semantic(path.clone(), message).with_help("use an isotropic material"));
     }
 }
 

@@ -23,8 +23,8 @@ pub(super) fn membrane(check: &mut Checker, body_path: &KeyPath, membrane: &Memb
         }
         Some(material) if !material.about().frame_indifferent => {
             let message = format!(
-                "`{}` depends on how an element is turned, and triangles of a sheet have no direction to be \
-                 compared with",
+                "`{}` depends on the rotation of an element, but triangles of a membrane have no reference \
+                 direction",
                 material.name()
             );
             let path = body_path.key("elastic").key(material.name());

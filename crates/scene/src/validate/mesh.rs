@@ -135,7 +135,7 @@ fn cloth(check: &mut Checker, path: &KeyPath, cloth: &ClothSpec) {
         let problem = Problem::semantic(path.key("v"), "`u` and `v` are parallel: they span no sheet");
         check.report(problem);
     } else if check.dimension == Some(2) && sine < 0.0 {
-        let message = "in 2D `v` must be counter-clockwise from `u`, else every triangle is inside out";
+        let message = "in 2D `v` must be counter-clockwise from `u`, else every triangle is inverted";
         check.report(Problem::semantic(path.key("v"), message).with_help("exchange `u` and `v`"));
     }
 }

@@ -24,7 +24,7 @@ fn of_solid(check: &mut Checker, path: &KeyPath, body: &Body) {
         (body.elastic.is_none(), "is in finite elements, and this body has no `elastic`", "add `elastic`"),
         (
             body.membrane.is_some(),
-            "is for solids, and triangles of a `membrane` have no direction to be compared with",
+            "is for solids: triangles of a `membrane` have no reference direction",
             "remove it, or make a solid",
         ),
     ];

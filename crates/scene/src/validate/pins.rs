@@ -51,7 +51,7 @@ pub(super) fn one_selection(
         return selections.pop();
     }
     let message = if selections.is_empty() {
-        "this says not which vertices are meant".to_owned()
+        "this does not select vertices".to_owned()
     } else {
         let keys: Vec<String> = selections.iter().map(|selection| format!("`{}`", selection.key())).collect();
         format!("this selects vertices by {} at once", keys.join(" and "))
@@ -63,7 +63,7 @@ pub(super) fn one_selection(
 
 fn axes(check: &mut Checker, path: &KeyPath, axes: &[Axis]) {
     if axes.is_empty() {
-        let problem = Problem::semantic(path.clone(), "`axes` is empty: nothing is held");
+        let problem = Problem::semantic(path.clone(), "`axes` is empty: nothing is pinned");
         check.report(problem.with_help("remove `axes` to hold all coordinates"));
     }
     for (index, axis) in axes.iter().enumerate() {

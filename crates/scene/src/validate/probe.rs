@@ -50,8 +50,9 @@ fn one(check: &mut Checker, path: &KeyPath, probe: &ProbeSpec, bodies: &BodyName
         (both, _) => {
             let what = if both.is_some() { "both `at` and `vertex`" } else { "neither `at` nor `vertex`" };
             let problem = Problem::semantic(path.clone(), format!("the probe has {what}"));
-            check
-                .report(problem.with_help("give one of them: a place at rest [m], or the index of a vertex"));
+            check.report(
+                problem.with_help("give one of them: a reference position [m], or the index of a vertex"),
+            );
         }
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
     if let Some(solver) = &time.solver {
         let path = path.key("solver");
         if method.solves == 0 {
-            let message = format!("{} is explicit and solves no equations", method.name);
+            let message = format!("`solver` has no effect: {} is explicit", method.name);
             check.report(Problem::semantic(path.clone(), message).with_help("remove `solver`"));
         }
         if let Some(tolerance) = solver.tolerance {
@@ -59,10 +59,7 @@ fn retries(check: &mut Checker, path: &KeyPath, retries: u32, time: &Time) {
     if retries > 0 && time.adaptive.is_some() {
         let message = "`retries` are for steps of a fixed size";
         let problem = Problem::semantic(path.clone(), message).at_key();
-        check.report(problem.with_help(
-            "remove it: steps whose size follows the error are tried at smaller sizes by themselves, down \
-             to `smallest`",
-        ));
+        check.report(problem.with_help("remove it: adaptive steps are retried anyway, down to `smallest`"));
     }
 }
 

@@ -80,7 +80,8 @@ fn repeat(check: &mut Checker, path: &KeyPath, spec: &RepeatSpec) {
     right &= check.vector(&spacing, &spec.spacing, "m");
     let coincide = |axis: &usize| spec.count[*axis] > 1 && spec.spacing.get(*axis) == Some(&0.0);
     if let Some(axis) = (0..spec.count.len()).find(coincide).filter(|_| right) {
-        let message = format!("the {} copies along this axis would lie in the same place", spec.count[axis]);
+        let message =
+            format!("the {} copies along this axis would lie at the same position", spec.count[axis]);
         check.report(Problem::semantic(spacing.index(axis), message));
     }
 }

@@ -33,11 +33,11 @@ pub(super) fn render(machine: &Machine, measured: &[MeasuredCase], width: usize)
     out.push('\n');
     out += &wrap(
         &format!(
-            "Rates and times are of whole steps. References are figures to reach, or what was reached, on \
-             {REFERENCE_MACHINE}; \"of it\" is the median over the reference. \"memory\" is, for work \
-             larger than caches, what the work holds over the time of a step, as a share of the triad's \
-             bandwidth. \"contact\" is the part of the time that goes into contact: search, forces, blocks \
-             of matrices, ways, of all threads together."
+            "Rates and times are of full steps. References are goals, or results, on {REFERENCE_MACHINE}; \
+             \"of it\" is the median over the reference. \"memory\", for work larger than caches, is the \
+             allocated memory over the time of a step, as a fraction of the triad's bandwidth. \
+             \"contact\" is the fraction of the time spent on contact (search, forces, matrix blocks, time \
+             of impact) of all threads together."
         ),
         0,
         width,

@@ -76,11 +76,11 @@ fn described(error: &ModesError, input: &Input) -> String {
                 2 => "[[1,0],[0,1]]",
                 _ => "[[1,0,0],[0,1,0],[0,0,1]]",
             };
-            format!("`--set body.{i}.position.affine.matrix={rows}` starts it in that shape")
+            format!("`--set body.{i}.position.affine.matrix={rows}` starts it there")
         }
-        _ => "leave `position` out to start it in that shape".to_owned(),
+        _ => "remove `position` to start it there".to_owned(),
     };
-    format!("{error}; `{name}` starts away from its shape at rest by its `position`: {remedy}")
+    format!("{error}; `position` moves `{name}` away from its reference configuration: {remedy}")
 }
 
 /// Asked to end before there is anything to tell.

@@ -120,17 +120,17 @@ impl WrittenSound {
         if above_nyquist > 0 {
             let nyquist = SAMPLE_RATE / 2000;
             warnings.push(format!(
-                "{} at {nyquist} kHz or above left out: sampled at {} kHz they would sound lower",
+                "{} at {nyquist} kHz or above omitted: sampled at {} kHz they would sound lower",
                 modes(above_nyquist),
                 SAMPLE_RATE / 1000
             ));
         }
         if overdamped > 0 {
-            warnings.push(format!("{} left out that damping keeps from oscillating", modes(overdamped)));
+            warnings.push(format!("{} omitted, which are overdamped", modes(overdamped)));
         }
         if self.sound.partials.iter().all(|p| p.decay == 0.0) {
             warnings.push(
-                "nothing damps the tones: they do not die away; see `--rayleigh` or the damping of bodies"
+                "nothing damps the tones: they do not decay; see `--rayleigh` or the damping of bodies"
                     .into(),
             );
         }

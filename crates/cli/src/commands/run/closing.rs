@@ -5,6 +5,7 @@ use std::time::Duration;
 use pliant::available_memory;
 use pliant::energy::{Approach, Penetration};
 use pliant::integrator::amplification;
+use pliant::quantity::Seconds;
 use pliant::run::{Outcome, Summary};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
@@ -97,9 +98,9 @@ impl<'a> Closing<'a> {
         let (j, inverted) = (self.summary.end.min_j?, self.summary.end.inverted.filter(|n| *n > 0)?);
         let all: usize = self.report.bodies.iter().map(|body| body.elements).sum();
         Some(format!(
-            "{inverted} of {} inverted at the end or without volume (least J {}): what is shown there is no \
-             deformation of a body; a finer mesh, smaller loads or increments, or a material whose energy \
-             grows without bound as J goes to 0 (neo-hookean) keep it from that",
+            "{inverted} of {} inverted at the end or without volume (smallest J {}): the shape there is not \
+             physical; use a finer mesh, smaller loads or increments, or a material whose energy grows \
+             without bound as J goes to 0, such as neo-hookean",
             counted(all as u64, "element is", "elements are"),
             number(j),
         ))
@@ -109,8 +110,8 @@ impl<'a> Closing<'a> {
     fn collapsed(&self) -> Option<String> {
         let j = self.summary.end.min_j.filter(|j| (0.0..COLLAPSED).contains(j))?;
         Some(format!(
-            "an element has {} of its volume left at the end (least J {}): materials do not hold so far, and \
-             what stands there is hardly a deformation of a body; look what presses it",
+            "an element has {} of its volume left at the end (smallest J {}): material models are not valid \
+             that far, and the shape there is hardly physical; check what compresses it",
             share(j),
             number(j),
         ))
@@ -122,8 +123,8 @@ impl<'a> Closing<'a> {
         let tolerance = self.scene.time.solver.as_ref()?.tolerance?;
         let extent = self.report.size.iter().map(|length| length * length).sum::<f64>().sqrt();
         Some(format!(
-            "{} ended while Newton's corrections were more than a tenth of the motion of the step: a \
-             `tolerance` of {} m is too large for it; {} m or less, or none, would do",
+            "{} ended with Newton updates above a tenth of the motion of the step: a `tolerance` of {} m is \
+             too large; use {} m or less, or remove it",
             counted(loose, "solve", "solves"),
             number(tolerance),
             number(1e-6 * if extent > 0.0 { extent } else { tolerance }),
@@ -135,8 +136,8 @@ impl<'a> Closing<'a> {
         let unsettled = self.summary.work.solver?.unsettled;
         (unsettled > 0).then(|| {
             format!(
-                "{} ended while friction still changed with the forces of contact: a smaller step, or more \
-                 `friction_iterations`, lets both agree",
+                "{} ended while friction still changed with the contact forces: use a smaller step, or more \
+                 `friction_iterations`",
                 counted(unsettled, "solve", "solves"),
             )
         })
@@ -155,8 +156,8 @@ impl<'a> Closing<'a> {
         let law = pairs.iter().find(|pair| is_theirs(&pair.bodies))?;
         let enough = law.stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
         Some(format!(
-            "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard \
-             there, and the gap means little; a [contact] `stiffness` of {} Pa would have kept half of it",
+            "contact of `{a}` and `{b}` was compressed to {} of the activation distance at t = {} s, where \
+             solves converge slowly; a [contact] `stiffness` of {} Pa would keep half of the distance",
             share(least.relative),
             number(least.time),
             number(enough),
@@ -166,11 +167,11 @@ impl<'a> Closing<'a> {
     /// Surfaces that entered each other, or came so fast that they could have.
     fn entered(&self) -> Option<String> {
         let contact = &self.summary.contact;
-        let advice = "a smaller step, a larger [contact] `distance` or `stiffness` stops more, and in \
-                      implicit schemes nothing enters anything";
+        let advice = "use an implicit integrator, whose contact stops any speed, or a larger [contact] \
+                      `stiffness` with a smaller step, or a larger `distance`";
         if let Some(Penetration { bodies: [a, b], depth, time }) = &contact.deepest {
             return Some(format!(
-                "`{a}` and `{b}` entered each other, {} m deep at t = {} s: {advice}",
+                "`{a}` and `{b}` interpenetrate by {} m at t = {} s: {advice}",
                 number(*depth),
                 number(*time),
             ));
@@ -178,8 +179,8 @@ impl<'a> Closing<'a> {
         let Approach { bodies: [a, b], speed, stopped, time } =
             contact.hardest.as_ref().filter(|hardest| hardest.speed > hardest.stopped)?;
         Some(format!(
-            "`{a}` and `{b}` came together at {} m/s at t = {} s, and contact in explicit steps stops {} \
-             m/s there: they might have entered each other; {advice}",
+            "`{a}` and `{b}` approached each other at {} m/s at t = {} s, but explicit contact stops {} m/s \
+             there: they may have interpenetrated; {advice}",
             number(*speed),
             number(*time),
             number(*stopped),
@@ -193,9 +194,9 @@ impl<'a> Closing<'a> {
         let (threshold, borne) = (contact.threshold_speed?, explicit.step? * self.summary.contact.friction);
         (threshold < borne).then(|| {
             format!(
-                "friction with a `threshold_speed` of {} m/s was too stiff for the steps, which bear {} m/s \
-                 where contact pressed hardest: what should stick may have trembled; leave it out, and it \
-                 is raised where it must be",
+                "`threshold_speed`, {} m/s, was too small for this step size, which needs {} m/s at the \
+                 largest contact force: sticking contacts may have oscillated; remove it, and it is raised \
+                 where necessary",
                 number(threshold),
                 number(borne),
             )
@@ -207,8 +208,8 @@ impl<'a> Closing<'a> {
         let Meeting { bodies, time } = self.statistics.meeting()?;
         let [a, b] = bodies.map(|body| &self.report.bodies[body].name);
         Some(format!(
-            "the boxes around `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies collide: \
-             `contact = {{}}` in the scene does",
+            "the bounding boxes of `{a}` and `{b}` meet from t = {} s on, and nothing makes bodies \
+             collide: add `contact = {{}}` to the scene",
             number(*time),
         ))
     }
@@ -221,9 +222,9 @@ impl<'a> Closing<'a> {
             more => format!(", the first of {} jumps", more + 1),
         };
         Some(format!(
-            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: a single step takes it there, and \
-             what that costs, counted as work of prescribed motion, depends on the step; smoothstep(from, \
-             to, t) gets there in a time of its own",
+            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: one step moves it there, and the \
+             work of prescribed motion then depends on the step size; use smoothstep(from, to, t) for a \
+             continuous motion",
             number(*size),
             number(*time),
         ))
@@ -233,8 +234,7 @@ impl<'a> Closing<'a> {
     fn energy_gained(&self) -> Option<String> {
         let gain = self.summary.relative_energy_gain().filter(|gain| *gain > ENERGY_ERROR_BOUND)?;
         Some(format!(
-            "the total energy grew by up to {}, although nothing in the scene brought it in; {} would be \
-             more accurate{}",
+            "the total energy grew by up to {} without external work; {} would be more accurate{}",
             self.in_play(gain),
             self.finer(),
             self.gains_in_impacts() + self.misses_blows(),
@@ -246,8 +246,8 @@ impl<'a> Closing<'a> {
         let is_moved = self.summary.end.balance.is_some_and(|balance| balance.motion.is_some());
         match is_moved && self.scene.contact.is_some() {
             true => {
-                "; the work of prescribed motion is known from its power at the ends of steps, which does \
-                 not see blows that are shorter than a step"
+                "; the work of prescribed motion is computed from its power at the ends of steps, which \
+                 misses impacts shorter than a step"
             }
             false => "",
         }
@@ -278,19 +278,19 @@ impl<'a> Closing<'a> {
         let gained = self.summary.relative_energy_gain() > Some(ENERGY_DRIFT_BOUND.max(MINOR_GAIN * error));
         if damps && !gained && self.summary.end.conserved() < self.summary.start.conserved() {
             return Some(format!(
-                "the scheme `{}` damps motion by itself: it took up to {}, {}; {} takes less{}",
+                "numerical damping: {} removed up to {}, {}; {} removes less{}",
                 method.documentation.name,
                 self.in_play(error),
                 match self.takes_energy() {
-                    true => "beside what is counted",
-                    false => "although nothing in the scene takes energy",
+                    true => "in addition to physical dissipation",
+                    false => "although nothing in the scene dissipates energy",
                 },
                 self.finer(),
                 // Contact does not hold with the midpoint rule, and schemes that take less may give energy in
                 // impacts.
                 match self.report.contact.is_some() {
                     true => "",
-                    false => ", `implicit-midpoint` next to nothing",
+                    false => ", implicit-midpoint almost nothing",
                 },
             ));
         }
@@ -301,7 +301,7 @@ impl<'a> Closing<'a> {
             share(drift),
             match self.summary.end.balance {
                 Some(_) => "accounts for it",
-                None => "takes or gives energy",
+                None => "adds or removes energy",
             },
             self.finer(),
             if gained { self.gains_in_impacts() + self.misses_blows() } else { String::new() },
@@ -315,7 +315,7 @@ impl<'a> Closing<'a> {
                 "a smaller `epsilon`".to_owned()
             }
             Some(control) => format!("a smaller `tolerance` than {:e}", control.tolerances.relative),
-            None => format!("a smaller step than {} s", number(self.report.step)),
+            None => format!("a smaller step than {}", Seconds(self.report.step)),
         }
     }
 
@@ -324,7 +324,7 @@ impl<'a> Closing<'a> {
         let Summary { outcome, frames, last_frame_time, .. } = self.summary;
         let kept = |what: &str| match file {
             Some(file) => format!("{file} is complete up to t = {} s{what}", number(*last_frame_time)),
-            None => format!("nothing was recorded; it got to t = {} s", number(*last_frame_time)),
+            None => format!("nothing was recorded; the run reached t = {} s", number(*last_frame_time)),
         };
         match outcome {
             Outcome::Done => None,
@@ -411,7 +411,7 @@ impl<'a> Closing<'a> {
             (balance.friction, "friction"),
             (balance.walls, "walls"),
         ];
-        for (name, said) in [("work", parts("by", &work)), ("lost", parts("to", &losses))] {
+        for (name, said) in [("work", parts("by", &work)), ("losses", parts("to", &losses))] {
             if !said.is_empty() {
                 line(name, said);
             }
@@ -426,14 +426,14 @@ impl<'a> Closing<'a> {
         } else if let Some(rejected) = self.summary.work.rejected_steps {
             let evaluations =
                 counted(self.summary.work.force_evaluations, "force evaluation", "force evaluations");
-            let taken_back = counted(rejected, "step", "steps");
-            line("error", format!("{taken_back} taken back because the error was too large; {evaluations}"));
+            let rejected = counted(rejected, "step", "steps");
+            line("error", format!("{rejected} rejected because the error was too large; {evaluations}"));
         }
         if let Some(RetriedSteps { steps, parts, halvings }) = self.summary.work.retried {
             let said = match steps {
-                0 => "every step was solved at once".to_owned(),
+                0 => "no step was subdivided".to_owned(),
                 _ => format!(
-                    "{} not solved at once, taken in {}, the smallest 1/{} of a step",
+                    "{} subdivided into {}, the smallest 1/{} of a step",
                     counted(steps, "step", "steps"),
                     counted(parts, "part", "parts"),
                     2_u64.pow(halvings),
@@ -451,11 +451,11 @@ impl<'a> Closing<'a> {
             let place = match (least.gap < 0.0, least.relative < 0.0) {
                 (true, true) => format!("{a} came {} m behind {b}", number(-least.gap)),
                 (true, false) => format!(
-                    "{a} came {} m behind {b}, where {part} of its distance was left,",
+                    "{a} came {} m behind {b}, with {part} of the contact distance left,",
                     number(-least.gap)
                 ),
                 (false, _) => {
-                    format!("least gap {} m, {part} of its distance, between {a} and {b}", number(least.gap))
+                    format!("smallest gap {} m ({part} of `distance`) between {a} and {b}", number(least.gap))
                 }
             };
             let most = counted(least.most, "pair", "pairs");
@@ -464,7 +464,7 @@ impl<'a> Closing<'a> {
                 0 => String::new(),
                 n => {
                     let iterations = counted(n, "Newton iteration", "Newton iterations");
-                    format!("; it cut up to {iterations} in a row short")
+                    format!("; contact shortened up to {iterations} in a row")
                 }
             };
             line(
@@ -477,14 +477,14 @@ impl<'a> Closing<'a> {
         }
         if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
             let depth = number(*depth);
-            line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
+            line("overlap", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
         }
         if let Some(Approach { bodies: [a, b], speed, stopped, time }) = &self.summary.contact.hardest {
-            let took = if speed > stopped { "was more than" } else { "took most of" };
+            let limit = if speed > stopped { "above" } else { "near" };
             line(
                 "approach",
                 format!(
-                    "{} m/s of {a} and {b} at t = {} s {took} what contact stops, {} m/s",
+                    "{} m/s between {a} and {b} at t = {} s: {limit} the limit of explicit contact, {} m/s",
                     number(*speed),
                     number(*time),
                     number(*stopped)
@@ -567,7 +567,7 @@ impl<'a> Closing<'a> {
     fn energy(&self) -> String {
         let (total, scale) = (self.summary.end.total, self.summary.energy_scale);
         if !(total.is_finite() && scale.is_finite()) {
-            return "more than 1.797e308 J, the largest number there is: its drift cannot be told".to_owned();
+            return "more than 1.797e308 J, the largest number: its drift is unknown".to_owned();
         }
         format!("{} J at the end{}", number(total), self.energy_errors())
     }
@@ -577,15 +577,20 @@ impl<'a> Closing<'a> {
         let (drift, error) = (self.summary.relative_energy_drift(), self.summary.relative_energy_error());
         let (Some(drift), Some(error)) = (drift, error) else { return String::new() };
         let unaccounted = self.unaccounted();
-        format!("; drift {}, largest error {}{unaccounted}", share(drift), self.in_play(error))
+        let scale = number(self.summary.energy_scale);
+        format!(
+            "; drift {}, largest error {}, relative to {scale} J{unaccounted}",
+            share(drift),
+            share(error)
+        )
     }
 
-    /// A part of the energy in play, in words.
+    /// A part of the energy scale, in words.
     fn in_play(&self, ratio: f64) -> String {
         let scale = self.summary.energy_scale;
         match (ratio * scale).is_finite() {
-            true => format!("{} of the {} J in play", share(ratio), number(scale)),
-            false => "beyond all numbers".to_owned(),
+            true => format!("{} of {} J", share(ratio), number(scale)),
+            false => "an amount that is not finite".to_owned(),
         }
     }
 
@@ -594,7 +599,7 @@ impl<'a> Closing<'a> {
         // Without a step nothing was taken.
         let takes = self.takes_energy() && !self.loses_known() && self.summary.work.steps > 0;
         match takes {
-            true => ", what damping, drag, friction and walls took included: no `energy` among the channels",
+            true => ", including dissipation (no `energy` among the channels)",
             false => "",
         }
     }
@@ -669,7 +674,7 @@ fn solver_work(work: &SolverWork) -> String {
     let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
     let counts = [
         (work.factorizations, "factorisation", "factorisations"),
-        (work.cg_iterations, "iteration of conjugate gradients", "iterations of conjugate gradients"),
+        (work.cg_iterations, "conjugate gradient iteration", "conjugate gradient iterations"),
     ];
     facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
     if work.fallbacks > 0 {
@@ -684,9 +689,10 @@ fn solver_work(work: &SolverWork) -> String {
 fn share(ratio: f64) -> String {
     match ratio {
         // Of energies beyond all numbers, and of their differences.
-        r if !r.is_finite() => "beyond all numbers".to_owned(),
+        r if !r.is_finite() => "not finite".to_owned(),
+        r if r == 0.0 => "0".to_owned(),
         r if r < 1e-3 => format!("{r:.1e}"),
-        r if r < 10.0 => format!("{}%", number(100.0 * r)),
+        r if r < 10.0 => text::percent(r),
         r => format!("{} times", number(r)),
     }
 }

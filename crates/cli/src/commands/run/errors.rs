@@ -70,7 +70,7 @@ pub(super) fn described(budget: &ErrorBudget, width: usize) -> String {
         out += &of_quantity(quantity, width);
     }
     let runs = counted(budget.runs as u64, "run", "runs");
-    let mut end = format!("{runs} beside yours, {} of its time", number(budget.cost));
+    let mut end = format!("{runs} in addition to yours, {} of its time", number(budget.cost));
     if let Some(advice) = advice(budget) {
         end += &format!("; {advice}");
     }
@@ -136,8 +136,8 @@ fn advice(budget: &ErrorBudget) -> Option<&'static str> {
     match (by_mesh.len(), by_step.len()) {
         (0, 0) => None,
         (mesh, step) if mesh >= step => {
-            Some("the mesh is what limits you: more cells, or `order = 2`, come before smaller steps")
+            Some("the mesh limits the accuracy: use more cells or `order = 2` before smaller steps")
         }
-        _ => Some("the step is what limits you: a smaller one, or a scheme of higher order"),
+        _ => Some("the step limits the accuracy: use a smaller one, or an integrator of higher order"),
     }
 }

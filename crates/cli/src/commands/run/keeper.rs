@@ -154,7 +154,7 @@ pub(crate) fn writable(
         return Ok(from.with_file_name(name));
     }
     Err(Failure::usage(format!(
-        "{} names {what} {1}, which is not beside it; to write there, add `{option} {1}`",
+        "{} names {what} {1}, which is not next to it; to write there, add `{option} {1}`",
         from.display(),
         noted.display()
     )))

@@ -1,6 +1,7 @@
 //! Closing lines of a static equilibrium.
 
 use pliant::control::increments::Increments;
+use pliant::quantity::Seconds;
 use pliant::simulation::{Extreme, PathState, StaticState};
 use serde_json::{Value, json};
 
@@ -15,7 +16,7 @@ pub(super) fn facts(state: &StaticState) -> Vec<(&'static str, String)> {
     );
     let [force, residual] = [reactions.map(number).join(", "), number(*residual)];
     facts.push(("reactions", format!("{force} N, the sum over all pins")));
-    facts.push(("residual", format!("{residual} N, the largest force left at a free coordinate")));
+    facts.push(("residual", format!("{residual} N, the largest residual force at a free degree of freedom")));
     facts
 }
 
@@ -27,7 +28,7 @@ pub(super) fn increments(increments: &Increments) -> String {
         n => format!("{} cut back", counted(n, "try", "tries")),
     };
     let solved = counted(accepted, "increment", "increments");
-    format!("{solved} solved, {cut}; the least {} s, the largest {} s", number(least), number(largest))
+    format!("{solved} solved, {cut}; the smallest {}, the largest {}", Seconds(least), Seconds(largest))
 }
 
 /// The lines on a path of equilibria, each with its name.

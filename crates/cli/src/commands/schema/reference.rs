@@ -17,20 +17,20 @@ fn introduction() -> String {
          Every key of a scene file. This page is what `pliant schema --format markdown` prints.\n\n\
          **Quantities** are numbers in the SI unit of the column *unit*, or texts with a unit: `3e6` or \
          `\"3 MPa\"`, `0.03` or\n\
-         `\"3 cm\"`. A decimal unit gives the same bits as the number in SI units.\n\n\
+         `\"3 cm\"`. A decimal unit is exact: `\"3 cm\"` and `0.03` are the same number.\n\n\
          - units with prefixes: {}\n\
          - prefixes: {}\n\
          - units without: {}\n\
          - products `N m`, `N*m`; quotients `m/s`, `m^3/(kg s^2)`; powers `s^2`, `s**2`, `s²`, `s2`\n\n\
          **Formulas** of the time `t` [s] are texts, `\"-9.81 * (1 - exp(-t/0.1))\"`; they give the number \
          in SI units, and angles in\n\
-         them are in radian. Where the column *type* lists them, they may use the place at rest `X`, `Y`, \
-         `Z` [m] too.\n\n\
+         them are in radian. Where the column *type* lists them, they may also use the reference position \
+         `X`, `Y`, `Z` [m].\n\n\
          - operators: `+` `-` `*` `/` `^` `**` `<` `<=` `>` `>=`; a comparison is 1 or 0\n\
          - functions: {}\n\
          - constant: `pi`\n\
          - numbers with names, in SI units, after `where`: `\"A*sin(w*t) where A = 2, w = 12\"`; gradients \
-         of runs can be taken by those\n\
+         of runs exist with respect to those\n\
          \x20 of loads, of muscles, of gravity and of prescribed displacements\n\n\
          **Choices** are a table with exactly one key, `mesh = {{ grid = {{ cells = [2, 3], spacing = 0.1 \
          }} }}`; a choice without\n\

@@ -21,17 +21,17 @@ const GLUE: &str = "\u{1}";
 
 /// Columns of the table of limits.
 const HEADER: [&str; 8] =
-    ["", "predicted", "measured", "ratio", "above it", "at step", "drift [1/s]", "amplitude"];
+    ["", "predicted", "measured", "ratio", "fails by", "at step", "drift [1/s]", "amplitude"];
 
 /// Meaning of the columns.
-const ABOUT: &str = "Predicted is the limit of the scene linearised at its start; measured is the largest \
-                     step with which 1000 steps were taken, 100 of an implicit integrator. Drift is the \
-                     slope of the energy at the step beside it, amplitude the oscillation about that slope, \
-                     both relative to the energy scale of the scene.";
+const ABOUT: &str = "Predicted: linear stability limit at the initial state. Measured: largest step that \
+                     completes 1000 steps, 100 with an implicit integrator. Drift: slope of the energy at \
+                     the step in the column before it; amplitude: oscillation about that slope; both \
+                     relative to the energy scale of the scene.";
 
 /// Note on scenes with walls.
-const ABOUT_WALLS: &str = "Walls are part of no prediction: they put vertices back after each step, which \
-                           can add energy at any step.";
+const ABOUT_WALLS: &str = "Predictions do not include walls: these move vertices back after each step, \
+                           which can add energy at any step.";
 
 /// Failure above a limit, as a clause.
 fn failure(status: AttemptStatus) -> &'static str {
@@ -59,7 +59,7 @@ pub(super) fn progress(limit: &MeasuredLimit) -> String {
 /// The scene's own step next to the largest stable one of the first integrator.
 fn verdict(found: &StabilitySurvey) -> String {
     let Some(limit) = found.limits.first() else {
-        return "no limit was found in the time there was: give more by --budget".into();
+        return "no limit was found within the time budget: increase --budget".into();
     };
     let name = &limit.integrator;
     let own = found.own_step.map(|step| format!("your step, {},", Seconds(step)));
@@ -69,7 +69,7 @@ fn verdict(found: &StabilitySurvey) -> String {
             format!("; your step, {}, is {} that", Seconds(step), compared(step / doubles))
         });
         return format!(
-            "no step is stable ({name}): in steps of {} the fastest motion doubles by the end{times}",
+            "no step is stable ({name}): at {} the highest mode doubles by the end{times}",
             Seconds(doubles)
         );
     }
@@ -91,7 +91,7 @@ fn verdict(found: &StabilitySurvey) -> String {
             format!("{own} fails ({name}): {}, also in the smaller ones tried", failure(above))
         }
         (None, _) if limit.cut_short && found.own_step.is_some_and(|own| limit.measured == own) => {
-            format!("{own} is stable ({name}); no trial of a larger one ended in the time there was")
+            format!("{own} is stable ({name}); no trial of a larger one ended within the time budget")
         }
         (None, _) if limit.measured > 0.0 => {
             let first = if found.own_step.is_some() { own } else { "every step" };
@@ -99,7 +99,7 @@ fn verdict(found: &StabilitySurvey) -> String {
             format!("{first} is stable{more} up to {} ({name})", Seconds(limit.measured))
         }
         (None, _) => {
-            format!("{own} is stable for small motion ({name}); no trial ended in the time there was")
+            format!("{own} is below the predicted limit ({name}); no trial ended within the time budget")
         }
     }
 }
@@ -110,7 +110,7 @@ fn basis(found: &StabilitySurvey) -> String {
     let mut said = vec![];
     said.extend(match (measured(limit), limit.doubles_at) {
         (_, Some(_)) => None,
-        (Some(_), _) => limit.above.map(|above| format!("above it {}", failure(above))),
+        (Some(_), _) => limit.above.map(|above| format!("above that {}", failure(above))),
         (None, _) if limit.cut_short => Some("the search ended early".to_owned()),
         (None, _) if limit.above.is_none() => {
             Some(format!("nothing failed up to {}", Seconds(limit.measured)))
@@ -119,18 +119,18 @@ fn basis(found: &StabilitySurvey) -> String {
     });
     if limit.doubles_at.is_none() {
         said.push(match limit.predicted {
-            Some(step) => format!("predicted for small motion: {}", Seconds(step)),
+            Some(step) => format!("linear stability limit: {}", Seconds(step)),
             None => "any step is predicted to be stable".into(),
         });
     }
     said.extend(found.drift_of(&limit.integrator).map(|drift| match drift.status {
         AttemptStatus::Ok => format!(
-            "energy in steps of {}: drift {} a second, oscillation {}",
+            "energy at a step of {}: drift {} per second, oscillation {}",
             Seconds(drift.step),
             percent(drift.per_second),
             percent(drift.amplitude)
         ),
-        status => format!("in steps of {} {}", Seconds(drift.step), failure(status)),
+        status => format!("at a step of {} {}", Seconds(drift.step), failure(status)),
     }));
     said.join("; ")
 }
@@ -180,7 +180,7 @@ fn others(found: &StabilitySurvey) -> Vec<(&'static str, String)> {
         ("any step", names(&ended), format!(", tried up to {}", Seconds(up_to))),
         ("not finished", names(&|limit| is_any(limit) && !ended(limit)), String::new()),
         ("no step", names(&|limit| limit.doubles_at.is_some()), ": energy grows at any".into()),
-        ("not reached", found.not_reached.clone(), ": --budget gives more time".into()),
+        ("not reached", found.not_reached.clone(), ": increase --budget".into()),
     ];
     let some = groups.into_iter().filter(|(_, names, _)| !names.is_empty());
     let glued = |names: Vec<String>| {
@@ -202,12 +202,15 @@ fn notes(found: &StabilitySurvey) -> Vec<String> {
     }
     if !found.refused.is_empty() {
         let names: Vec<&str> = found.refused.iter().map(|refused| refused.integrator.as_str()).collect();
-        out.push(format!("Left out, because of the contact of the scene: {}.", names.join(", ")));
+        out.push(format!(
+            "Omitted, since they do not support the contact of the scene: {}.",
+            names.join(", ")
+        ));
     }
     let early = found.map.as_ref().map_or(0, Map::failed_below_limit);
     if early > 0 {
         out.push(format!(
-            "{} of the map failed below the predicted limit, which is that of small motion about the start: \
+            "{} of the map failed below the predicted limit, which is linearised about the initial state: \
              the motion became large.",
             counted(early as u64, "step", "steps")
         ));
@@ -276,7 +279,7 @@ pub(super) fn full(found: &StabilitySurvey, width: usize) -> String {
 fn remarks(found: &StabilitySurvey) -> Vec<String> {
     let doubles = found.limits.iter().filter_map(|limit| {
         Some(format!(
-            "{}: none, it gains energy at any step; at {} the fastest motion would double by the end.",
+            "{}: none, it gains energy at any step; at {} its highest mode would double by the end.",
             limit.integrator,
             Seconds(limit.doubles_at?)
         ))
@@ -284,7 +287,7 @@ fn remarks(found: &StabilitySurvey) -> Vec<String> {
     let refused =
         found.refused.iter().map(|RefusedScheme { integrator, reason }| format!("{integrator}: {reason}."));
     let names = found.not_reached.join(", ");
-    let late = (!names.is_empty()).then(|| format!("Not reached in the time there was: {names}."));
+    let late = (!names.is_empty()).then(|| format!("Not reached within the time budget: {names}."));
     doubles.chain(refused).chain(late).collect()
 }
 
@@ -327,7 +330,7 @@ fn text_map(map: &Map) -> String {
         0,
         vec![String::new(), format!("{} to {}", Seconds(first), Seconds(last)), "predicted".into()],
     );
-    format!("{}: . taken, x diverged, ! Newton failed\n{}", map.integrator, table(&rows, 0))
+    format!("{}: . stable, x diverged, ! Newton failed\n{}", map.integrator, table(&rows, 0))
 }
 
 /// Writes tables, charts and a page.
@@ -369,7 +372,7 @@ pub(super) fn write(
     output::file(&folder.join("stability.json"), &format!("{document:#}\n"))?;
     let amplification = amplification(found)?;
     output::file(&folder.join("amplification.svg"), &amplification)?;
-    let mut page = Page::new(&format!("How large a step: {scene}"));
+    let mut page = Page::new(&format!("Largest stable step: {scene}"));
     page.paragraph(&format!("{}; {}.", verdict(found), basis(found)));
     let cells = |row: [String; 8]| row.iter().map(|cell| TableCell::new(cell, Look::Number)).collect();
     let header = HEADER.map(|name| (if name.is_empty() { "integrator" } else { name }, Look::Number));
@@ -382,9 +385,9 @@ pub(super) fn write(
         output::file(&folder.join("map.svg"), &svg)?;
         page.figure(
             &svg,
-            "Which steps the first integrator takes, row by row. \"limit\" is the last step below the limit \
-             that is predicted for small motion about the start; \"early\" is a failure below it, where the \
-             motion became large.",
+            "Stable steps of the first integrator, row by row. \"limit\" is the last step below the \
+             predicted limit, which is linearised about the initial state; \"early\" is a failure below it, \
+             where the motion became large.",
         );
     }
     page.figure(&amplification, &format!("Spectral radius of one step; {}.", agreement(found)));
@@ -432,11 +435,11 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
         Against::Density => "times the density of the first body",
         Against::Gravity => "times the mutual gravity",
     };
-    let names = ["taken", "diverged", "Newton failed"];
+    let names = ["stable", "diverged", "Newton failed"];
     let colors = [(0x9b, 0xd4, 0xb5), (0xd5, 0x5e, 0x00), (0xe6, 0x9f, 0x00)];
     let svg = HeatMap {
-        title: format!("{}: which steps it takes", map.integrator),
-        x: format!("step [s]; \"limit\": the last one below what is predicted for small motion{early}"),
+        title: format!("{}: stable steps", map.integrator),
+        x: format!("step [s]; \"limit\": the last one below the predicted limit{early}"),
         y: what.into(),
         columns: map.steps.iter().map(|s| format!("{s:.0e}")).collect(),
         rows: order.iter().map(|row| number(map.values[*row])).collect(),
@@ -550,7 +553,7 @@ mod tests {
             }
         }
         assert!(brief(&found, 80).contains("not reached     radau-iia3"));
-        assert!(full(&found, 80).contains("Not reached in the time there was: radau-iia3."));
+        assert!(full(&found, 80).contains("Not reached within the time budget: radau-iia3."));
     }
 
     // Failures below the limit have a label of their own and a note; without them neither is there.
@@ -597,7 +600,7 @@ mod tests {
             any(limit);
             (limit.above, limit.measured, limit.cut_short) = (None, 0.0, true);
         });
-        assert!(cut.contains("no trial ended in the time there was"), "{cut}");
+        assert!(cut.contains("no trial ended within the time budget"), "{cut}");
         let only = of(&|limit| {
             any(limit);
             (limit.above, limit.measured, limit.cut_short) = (None, 1e-3, true);

@@ -96,7 +96,7 @@ fn word(f: &CaseResult) -> &'static str {
 pub(super) fn conclusion(results: &[Outcome]) -> String {
     let columns = VerdictColumn::all(results);
     let Some((own, best)) = columns.first().zip(columns.iter().min_by_key(|column| column.score())) else {
-        return "Nothing was tried in the time there was: give more by --budget.".into();
+        return "No case ran within the time budget: increase --budget.".into();
     };
     let first = match (columns.iter().all(|column| column.score() == [0; 3]), own.score() == best.score()) {
         (true, _) if columns.len() > 1 => "Every integrator survives everything.".into(),

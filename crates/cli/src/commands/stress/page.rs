@@ -26,11 +26,11 @@ const HEADER: [(&str, Look); 19] = [
     ("solver", Look::Text),
     ("verdict", Look::Text),
     ("iterations", Look::Number),
-    ("bar", Look::Number),
+    ("limit", Look::Number),
     ("min J", Look::Number),
     ("energy", Look::Number),
     ("error", Look::Number),
-    ("may be", Look::Number),
+    ("tolerance", Look::Number),
     ("steps", Look::Number),
     ("worst step", Look::Number),
     ("least gap", Look::Number),
@@ -41,7 +41,7 @@ const HEADER: [(&str, Look); 19] = [
 
 /// A page that needs nothing else.
 pub(super) fn html(results: &[Outcome]) -> String {
-    let mut page = Page::new("What breaks simulators");
+    let mut page = Page::new("Stiff and extreme cases");
     page.paragraph(&format!("pliant {}; {}", env!("CARGO_PKG_VERSION"), sums(results)));
     if results.iter().any(|(case, _)| case.row == "scene") {
         page.paragraph(&conclusion(results));
@@ -88,14 +88,14 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     let folder = file.with_file_name(&stem);
     output::folder(&folder)?;
     let mut out = format!(
-        "# What breaks simulators\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \"its\" \
-         are Newton iterations, of the case or of its worst step, and \"bar\" how many there may be: three \
-         times those of an independent program. \"energy\" is that at the end over that at the \
-         start; \"error\" is compared with \"may be\": the gradient that is left in the table of starts, \
-         and elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is \
+        "# Stiff and extreme cases\n\nPrinted by `pliant stress{} --markdown docs/stress.md`{}: {}. \
+         \"iterations\" counts Newton iterations, of the case or of its worst step, and \"limit\" is three \
+         times those of an independent program. \"energy\" is the final energy over the initial one; \
+         \"error\" is compared with \"tolerance\": the residual gradient in the table of starts, and \
+         elsewhere the difference from a closed form or from an independent code.\n\n{} Each reason is \
          below.\n",
         if any_is_long(results) { " --long --resume -o results" } else { "" },
-        if any_is_long(results) { ", which goes on with the results of runs before" } else { "" },
+        if any_is_long(results) { ", which reuses the results of earlier runs" } else { "" },
         sums(results),
         CaseVerdict::MEANING,
     );
@@ -124,8 +124,8 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
         let columns = if long { [" steps | worst step | least gap |", "---|---|---|"] } else { ["", ""] };
         let _ = write!(
             out,
-            "\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | \
-             may be |{}\n\
+            "\n| case | dim | material | nu | integrator | solver | | iterations | limit | min J | energy | \
+             error | tolerance |{}\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|---|{}\n",
             columns[0], columns[1],
         );

@@ -101,12 +101,12 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
         "integrator",
         "solver",
         "",
-        "its",
-        "bar",
+        "iter",
+        "limit",
         "min J",
         "energy",
         "error",
-        "may be",
+        "tol",
         "time [s]",
     ];
     let long = any_is_long(results);

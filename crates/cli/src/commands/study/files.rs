@@ -68,7 +68,7 @@ impl Files {
         let markdown = self.markdown.clone().unwrap_or_else(|| in_folder("report.md"));
         put(&markdown, &report.markdown(&self.prefix(&markdown)))?;
         Ok(format!(
-            "{}  the report, one page\n{}  the same with charts beside it\n{}  the rows as a table\n",
+            "{}  the report, one page\n{}  the report in Markdown, with charts\n{}  the rows as a table\n",
             in_folder("report.html").display(),
             markdown.display(),
             in_folder("rows.csv").display()

@@ -96,7 +96,7 @@ fn described(results: &RefinementResults, title: &str, width: usize) -> String {
     };
     out += &format!("\n{runs} in {}{failed}\n", Seconds(results.seconds));
     for left_out in &results.left_out {
-        out += &wrap(&format!("left out: {left_out}"), 0, width);
+        out += &wrap(&format!("omitted: {left_out}"), 0, width);
     }
     out
 }
@@ -190,7 +190,7 @@ fn charts(results: &RefinementResults) -> Result<Vec<(String, String, String)>, 
         let svg = chart(results, of).svg();
         let svg = svg.map_err(|error| Failure::failed("report", error.to_string()))?;
         let caption = "The front is joined, and named by mesh and elements. Filled marks are explicit \
-                       schemes. Thin lines are the errors of the meshes, below which no step leads.";
+                       integrators. Thin lines are the errors of the meshes, which no step reduces.";
         charts.push((format!("error-{}.svg", i + 1), svg, caption.to_owned()));
     }
     Ok(charts)

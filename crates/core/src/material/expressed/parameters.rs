@@ -250,7 +250,11 @@ impl Parameters for EnergyExpression {
             EnergyMistake::Parameter(error) => Err(error),
             EnergyMistake::Formula(error) => {
                 let place = error.place().start;
-                Err(ParameterError::new("psi", f64::NAN, format!("is no energy: {error} (at byte {place})")))
+                Err(ParameterError::new(
+                    "psi",
+                    f64::NAN,
+                    format!("is not a valid energy: {error} (at byte {place})"),
+                ))
             }
             mixed @ EnergyMistake::Mixed { .. } => {
                 Err(ParameterError::new("psi", f64::NAN, mixed.to_string()))

@@ -240,8 +240,8 @@ fn mistakes_are_named() {
         ("mu*(l1^2 + l2^2 + l3^2 - 3)/2 - mu*log(J) + mu*(l1 - 1)^2*(l2-1)^2*l3", "psi = "),
         ("mu*(l1 + I4)", "fibres = 0: is the number of directions, and `psi` has I4"),
         ("mu*(l1 + C12)", "psi = NaN: has both l1 and C12"),
-        ("mu*(J - K)", "psi = NaN: is no energy: unknown name `K` (at byte 8)"),
-        ("mu*sin(J)", "psi = NaN: is no energy: `sin` of something that changes is not available"),
+        ("mu*(J - K)", "psi = NaN: is not a valid energy: unknown name `K` (at byte 8)"),
+        ("mu*sin(J)", "psi = NaN: is not a valid energy: `sin` of something that changes is not available"),
     ] {
         let message = message(formula(psi));
         assert!(message.starts_with(expected), "{psi}: {message}");

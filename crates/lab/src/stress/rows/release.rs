@@ -3,6 +3,7 @@
 use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
 use crate::stress::{Case, CaseResult, CaseVerdict, Start};
+use pliant::quantity::Rounded;
 
 const STEP: f64 = 1.0 / 60.0;
 
@@ -72,7 +73,7 @@ fn release(dimension: usize, material: &str, integrator: &str) -> CaseResult {
         findings.advice = Some(advice.into());
         findings.note(
             CaseVerdict::Flagged,
-            format!("energy rose to {:.3} of the start, as this scheme may", highest / start),
+            format!("energy grew {} times, which this integrator may do", Rounded::<3>(highest / start)),
         );
     }
     findings.picture = Some(scenes::picture(simulation, &assembly.topology));

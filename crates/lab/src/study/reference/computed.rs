@@ -85,12 +85,13 @@ fn confirmed(best: &SchemeResult, other: Result<(&SchemeResult, f64), &str>) -> 
     let (other, distance) = match other {
         Ok(other) => other,
         Err(name) => {
-            let none = format!("no second scheme confirms it, {name} did not come to its end in time");
+            let none = format!("no second integrator confirms it, {name} did not finish in time");
             return (best.error, none);
         }
     };
     if distance > AGREEMENT {
-        let away = format!("no two schemes agree, {} is {distance:.0e} of the motion away", other.name);
+        let away =
+            format!("no two integrators agree, {} differs by {distance:.0e} of the motion", other.name);
         return (distance, away);
     }
     // Consistent with both error estimates, or one of the estimates is wrong.

@@ -68,7 +68,7 @@ pub(super) fn all(
                     |row| row.wall_min_s,
                 ),
                 "Error against run time: the lower left is better. The label is the smallest step of each \
-                 scheme, each mark a step half as long as the one before."
+                 integrator, each mark a step half as long as the one before."
                     .to_owned(),
             ),
             FigureKind::Step => (
@@ -84,13 +84,13 @@ pub(super) fn all(
                     false,
                     |row| row.n_force as f64,
                 ),
-                "Error against evaluations of the force: the same on every machine.".to_owned(),
+                "Error against force evaluations, which do not depend on the machine.".to_owned(),
             ),
             FigureKind::Newton => (
                 against(variant, "error against work: linear systems", "Newton iterations", false, |row| {
                     row.n_newton as f64
                 }),
-                "Error against Newton iterations, implicit schemes alone.".to_owned(),
+                "Error against Newton iterations, implicit integrators only.".to_owned(),
             ),
             FigureKind::Energy => energy(variant),
         };
@@ -185,6 +185,6 @@ fn energy(variant: &VariantResult) -> (Chart, String) {
         chart.lines.push(Line { name, points, marked: false, joined: true, look });
     }
     let caption =
-        format!("Energy over time at steps of {}, or what the scheme has nearest to it.", seconds(step));
+        format!("Energy over time at steps of {}, or the nearest step of the integrator.", seconds(step));
     (chart, caption)
 }

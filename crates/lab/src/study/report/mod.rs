@@ -104,15 +104,14 @@ fn section(
         if study.variants.len() > 1 { format!("{}-{}", study.name, index + 1) } else { study.name.clone() };
     let row = variant.rows().next();
     let mut about = vec![format!(
-        "Reference: {}. Its own error is about {:.0e}; errors below ten times that are left out.",
+        "Reference: {}. Its own error is about {:.0e}; errors below ten times that are not reported.",
         variant.reference.how, variant.reference.error
     )];
     if let Some(row) = row {
         let what: Vec<&str> =
             [row.material.as_str(), row.element.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
         about.push(format!(
-            "{}, {} coordinates free to move, {} simulated; the largest error of {} common times, relative \
-             to the motion.",
+            "{}, {} unknowns, {} simulated; the largest error of {} common times, relative to the motion.",
             what.join(", "),
             row.ndof,
             seconds(row.t_end),
@@ -120,9 +119,9 @@ fn section(
         ));
     }
     let refused = study.refused.iter();
-    let refused = refused.map(|refused| format!("{} is left out: {}", refused.integrator, refused.reason));
+    let refused = refused.map(|refused| format!("{} is omitted: {}", refused.integrator, refused.reason));
     let mut table = vec![
-        ["scheme", "order", "observed", "smallest error", "at step", "in", "ended because"]
+        ["integrator", "order", "observed", "smallest error", "at step", "in", "ended because"]
             .map(str::to_owned),
     ];
     table.extend(variant.lines.iter().map(|line| table_row(variant, line)));
@@ -170,9 +169,9 @@ fn remarks(variant: &VariantResult) -> Vec<String> {
         }
         if line.falls_short() {
             out.push(format!(
-                "{} shows order {:.1} where {} is documented: its steps do not resolve all motions yet, or \
-                 what limits it is a solver, the reference, or something that is not smooth: walls, loads \
-                 that jump",
+                "{} has the observed order {:.1} instead of {}: its steps do not resolve all motions yet, or \
+                 the solver, the reference, or something that is not smooth limits it, such as walls or \
+                 loads that jump",
                 line.integrator,
                 line.order_observed.unwrap_or(f64::NAN),
                 line.order_nominal

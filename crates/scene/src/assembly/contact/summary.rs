@@ -153,8 +153,8 @@ impl ContactSummary {
             counted(self.faces as u64, "face", "faces")
         );
         match self.of_walls {
-            true => format!("walls that push what comes behind them, {surface}"),
-            false => format!("contact from a gap of {} m on, {surface}", Rounded::<4>(self.distance)),
+            true => format!("compliant walls, {surface}"),
+            false => format!("contact, activation distance {} m, {surface}", Rounded::<4>(self.distance)),
         }
     }
 
@@ -174,24 +174,22 @@ impl ContactSummary {
     pub fn facts(&self, step: Option<f64>) -> Vec<String> {
         let (distance, origin) = (Rounded::<4>(self.distance), self.distance_origin.described());
         let mut facts = vec![match self.of_walls {
-            true => format!(
-                "walls push what comes behind them, and let nothing farther than {distance} m, {origin}"
-            ),
-            false => format!("surfaces push each other from a gap of {distance} m on, {origin}"),
+            true => format!("walls are compliant within {distance} m, {origin}"),
+            false => format!("activation distance {distance} m, {origin}"),
         }];
         facts.extend(self.law());
         facts.extend(self.described_pairs());
         facts.extend(self.with_itself.iter().map(|SelfContact { body, gap, least, between: [a, b] }| {
             format!(
-                "`{body}` touches itself from {} m on, half of its least distance at rest {} m, between \
-                 {a} and {b}",
+                "`{body}` has a self-contact distance of {} m, half of its smallest reference gap {} m, \
+                 between {a} and {b}",
                 Rounded::<4>(*gap),
                 Rounded::<4>(*least)
             )
         }));
         facts.extend(self.threshold_speed.map(|e| {
-            let way = step.map_or(String::new(), |h| format!(", {} m in a step", Rounded::<4>(e * h)));
-            format!("what sticks creeps at less than {} m/s{way}", Rounded::<4>(e))
+            let way = step.map_or(String::new(), |h| format!(", {} m per step", Rounded::<4>(e * h)));
+            format!("regularised friction: sticking contacts creep at up to {} m/s{way}", Rounded::<4>(e))
         }));
         facts.extend(self.impacts.as_ref().map(ImpactDurations::described));
         facts.extend(self.explicit.iter().flat_map(ExplicitContactSummary::facts));
@@ -258,9 +256,9 @@ impl ContactSummary {
             .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
         let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
             format!(
-                "`{a}` and `{b}` move at up to {at_start} m/s relative to each other, and contact in \
-                 explicit steps stops {stopped} m/s: they may enter each other; a smaller step or a larger \
-                 [contact] `distance` stops more, an implicit scheme lets nothing pass",
+                "`{a}` and `{b}` move at up to {at_start} m/s relative to each other, but explicit contact \
+                 stops {stopped} m/s: they may interpenetrate; use an implicit integrator, whose contact \
+                 stops any speed, a larger [contact] `distance`, or a smaller step",
                 at_start = Rounded::<4>(*at_start),
                 stopped = Rounded::<4>(*stopped)
             )
@@ -269,8 +267,8 @@ impl ContactSummary {
             self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
         let slips = slips.map(|e| {
             format!(
-                "friction with a `threshold_speed` of {e} m/s is too stiff for these steps: what carries \
-                 no more than its own weight needs {} m/s; leave it out, and it is raised where it must be",
+                "`threshold_speed`, {e} m/s, is too small for this step size: a vertex that carries its own \
+                 weight needs {} m/s; remove it, and it is raised where necessary",
                 Rounded::<4>(explicit.borne_threshold),
                 e = Rounded::<4>(e)
             )
@@ -294,9 +292,9 @@ impl StiffnessOrigin {
         match self {
             StiffnessOrigin::Given => "given".into(),
             StiffnessOrigin::Modulus(body) => format!("Young's modulus of `{body}`"),
-            StiffnessOrigin::Masses => "by masses and the step, for neither has a modulus".into(),
-            StiffnessOrigin::ExplicitStep => "by what an explicit step bears".into(),
-            StiffnessOrigin::Nothing => "of two that do not move".into(),
+            StiffnessOrigin::Masses => "from masses and the step, since neither has a modulus".into(),
+            StiffnessOrigin::ExplicitStep => "the largest that an explicit step allows".into(),
+            StiffnessOrigin::Nothing => "neither moves".into(),
         }
     }
 }
@@ -304,7 +302,7 @@ impl StiffnessOrigin {
 impl ContactStart {
     fn described(&self) -> String {
         let least = self.least.as_ref().map_or(String::new(), |StartGap { gap, between: [a, b] }| {
-            format!("; the least gap is {} m, between {a} and {b}", Rounded::<4>(*gap))
+            format!("; smallest gap {} m, between {a} and {b}", Rounded::<4>(*gap))
         });
         let pairs = counted(self.candidates as u64, "pair is a candidate", "pairs are candidates");
         format!("{pairs} at the start{least}")
@@ -316,13 +314,13 @@ impl ExplicitContactSummary {
         let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
         let stops = slowest.map(|StoppedApproach { bodies: [a, b], stopped, .. }| {
             format!(
-                "explicit steps: forces without a pole, which stop approaches up to {stopped} m/s ({a}-{b})",
+                "explicit contact is a penalty, which stops approaches of up to {stopped} m/s ({a}-{b})",
                 stopped = Rounded::<4>(*stopped)
             )
         });
         let raised = self.raises_threshold.then(|| {
             format!(
-                "the threshold of friction is raised to what a step bears, {} m/s where a vertex \
+                "`threshold_speed` is raised to what the step size requires, {} m/s for a vertex that \
                  carries its own weight",
                 Rounded::<4>(self.borne_threshold)
             )

@@ -25,9 +25,9 @@ use run::LongRun;
 pub(in crate::stress) const ABOUT: &str = "\
     Scenes that take from seconds to many hours on one thread: they run with `--long`, or where `--only` \
     names the row or a case. Every step must be solved, all stay finite, gaps positive, and after \
-    each step no primitives may cross, by exact arithmetic that knows nothing of contact; energy \
-    from nowhere may be 1 % of what prescribed motion turned over and 1e-7 of what is in play. \
-    Beside these:\n\n\
+    each step no primitives may cross, in exact arithmetic, independent of the contact code; energy \
+    without a source may be 1 % of the work of prescribed motion and 1e-7 of the energy scale. In \
+    addition:\n\n\
     - a sheet that flies a metre in a step stays on its side of the other, with a thickness of 1 mm \
     and of 2 um;\n\
     - no needle gets into the ball, and the sheet hangs over the tips of the knives;\n\
@@ -36,19 +36,19 @@ pub(in crate::stress) const ABOUT: &str = "\
     - the keystone of the arch sinks in 20 s by less than what faces creep with mu = 0.5, and falls \
     with 0.2;\n\
     - stiff cubes (1 GPa) stay on each other for 10 s, within what their faces creep; soft ones (0.1 \
-    MPa) fall below the height that a column of theirs can bear;\n\
+    MPa) fall below the height that their column can support;\n\
     - the large cube, 1 m and 10 t, stays above the small one, 0.1 m and 1 kg;\n\
-    - the ball, pressed to a tenth of its height and let go, keeps at most a millionth of the energy \
+    - the ball, pressed to a tenth of its height and released, keeps at most a millionth of the energy \
     that it stored;\n\
-    - rods and mats are wrung by ends that turn against each other, each a turn in 5 s, for 10 s; \
+    - rods and mats are twisted by ends that turn against each other, each a turn in 5 s, for 10 s; \
     twisted by half a turn of each end, rods change their energy by 5 % at most with half the step;\n\
     - neighbours in the chain keep Gauss's linking number to 1e-9, and it hangs taut after 2 s.\n\n\
-    \"its\" are Newton iterations of all steps that were solved, \"worst step\" the most of one, \
-    \"least gap\" the part that was left of the distance from which on surfaces push, over all \
-    steps; \"error\" is the number of these criteria that came nearest to what it may be. A case of \
-    two scenes or more counts all of them. Flagged is an overload, less than 0.05 of a distance \
-    left; friction that a solve did not settle; and a case that was cut short because its time was \
-    over: how far it came depends on the machine.";
+    \"iterations\" counts the Newton iterations of all solved steps, \"worst step\" those of the worst \
+    one; \"least gap\" is the smallest gap of all steps, as a fraction of the activation distance; \
+    \"error\" is the value of the criterion that came nearest to its tolerance. A case of several \
+    scenes counts all of them. Cases are flagged if less than 0.05 of the activation distance was \
+    left, if a solve did not settle friction, and if the time budget cut them short: how far they \
+    came depends on the machine.";
 
 /// Runs the scenes of a case in turn; `None` if one ended before its criterion could be checked.
 type Scenes = Box<dyn Fn(&mut LongRun<'_>) -> Option<()> + Send + Sync>;
