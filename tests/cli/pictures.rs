@@ -393,31 +393,3 @@ fn arrays_are_stored_where_the_archive_says() {
     let expected = 0.05 - 0.05 * (200.0_f64.sqrt() * 0.2).cos();
     assert!((x - expected).abs() < 1e-3, "{x} {expected}");
 }
-
-#[test]
-fn galleries_have_a_picture_and_the_comment_of_each_scene() {
-    let bench = Bench::new(&format!("# A spring that swings.\n\n{SPRING}"));
-    let arguments = ["gallery", "scene.toml", "-o", "page.md", "--frames", "3", "--size", "64x48", "-q"];
-    bench.pliant(arguments).succeeded();
-    let page = std::fs::read_to_string(bench.path("page.md")).unwrap();
-    assert!(page.contains("(page/scene.gif)") && page.contains("A spring that swings."), "{page}");
-    assert!(page.contains("`pliant run scene.toml --view`") && page.contains("## Scenes"), "{page}");
-    assert!(std::fs::read(bench.path("page/scene.gif")).unwrap().starts_with(b"GIF89a"));
-    assert_eq!(bench.files(), ["page", "page.md"]);
-    bench.pliant(arguments).ended_with(2).says(&["page.md exists"]);
-}
-
-#[test]
-fn every_scene_is_in_one_group_of_the_gallery() {
-    let folder = super::reference::root().join("scenes");
-    let text = std::fs::read_to_string(folder.join("gallery.txt")).unwrap();
-    let mut named: Vec<String> =
-        text.lines().filter(|line| line.starts_with(' ')).map(|line| line.trim().to_owned()).collect();
-    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let files = files.filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
-    let mut scenes: Vec<String> =
-        files.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect();
-    named.sort();
-    scenes.sort();
-    assert_eq!(named, scenes);
-}

@@ -207,7 +207,7 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
     let cases = [
         (midpoint, "end elsewhere"),
         (pair, "did you mean `high`"),
-        (empty, "says nothing"),
+        (empty, "sets nothing"),
         (scene.replace("contact = {}", twice), "has an entry already, `pairs[0]`"),
         (friction, "0 or more"),
         (without, "has no `[contact]`"),

@@ -14,7 +14,7 @@ fn line(points: &[[f64; 2]]) -> [f64; 2] {
 }
 
 /// Greatest pressure and half-width of `p^2 = p0^2 (1 - r^2/a^2)` through pressures `[r, p]` within 0.8 `a`.
-fn hertzian(pressures: &[[f64; 2]], a: f64) -> [f64; 2] {
+pub(super) fn hertzian(pressures: &[[f64; 2]], a: f64) -> [f64; 2] {
     let inside: Vec<[f64; 2]> =
         pressures.iter().filter(|[r, _]| *r < 0.8 * a).map(|[r, p]| [r * r, p * p]).collect();
     assert!(inside.len() > 8, "{pressures:?}");

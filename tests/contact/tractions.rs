@@ -15,8 +15,8 @@ const BLOCKS: [&str; 2] = [
     transform = { translate = [0.0, 0.0009] }
     elastic = { neo-hookean = { young = 1e5, poisson = 0 } }
     mass = { total = 1.0 }
-    pin = [{ half_space = { normal = [0, 1], offset = -10 }, axes = ['x'] }]
-    load = [{ group = 'top', traction = ['0', '-100'] }]",
+    pin = [{ half_space = { normal = [0, 1], offset = 10 }, axes = ['x'] }]
+    load = [{ half_space = { normal = [0, -1], offset = -1 }, traction = ['0', '-100'] }]",
     "dimension = 3
     time = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }
     contact = { distance = 1e-3, stiffness = 1e7 }
@@ -27,8 +27,8 @@ const BLOCKS: [&str; 2] = [
     transform = { translate = [0.0, 0.0, 0.0009] }
     elastic = { neo-hookean = { young = 1e5, poisson = 0 } }
     mass = { total = 1.0 }
-    pin = [{ half_space = { normal = [0, 0, 1], offset = -10 }, axes = ['x', 'y'] }]
-    load = [{ group = 'top', traction = ['0', '0', '-100'] }]",
+    pin = [{ half_space = { normal = [0, 0, 1], offset = 10 }, axes = ['x', 'y'] }]
+    load = [{ half_space = { normal = [0, 0, -1], offset = -1 }, traction = ['0', '0', '-100'] }]",
 ];
 
 /// Pressures at the vertices below this height [m], without those of no surface.
@@ -56,18 +56,21 @@ fn a_uniform_load_is_a_uniform_pressure_up_to_the_corners() {
     }
 }
 
-/// Half a disk on a table (Johnson, *Contact Mechanics*, 1985, section 4.2): the greatest pressure is `2 F /
-/// (pi a)`.
+/// Half a disk on a table (Johnson, *Contact Mechanics*, 1985, section 4.2): `p^2 = p0^2 (1 - x^2/a^2)` with
+/// `p0 = 2 F / (pi a)`.
 #[test]
-fn the_greatest_pressure_under_half_a_disk_is_that_of_hertz() {
+fn pressures_under_half_a_disk_are_those_of_hertz() {
     let Assembly { mut simulation, .. } = super::scenes::opened("hertz_2d.toml");
     super::advance(&mut simulation, 4);
     let force: f64 = simulation.contacts().iter().map(|contact| contact.force).sum();
-    let modulus = 1e6 / (1.0 - 0.09) * std::f64::consts::PI;
-    let expected = 2.0 * force / (std::f64::consts::PI * (4.0 * force / modulus).sqrt());
-    let tractions = simulation.contact_tractions();
-    let greatest = tractions.iter().fold(0.0, |most: f64, traction| most.max(traction.pressure));
+    let a = (4.0 * force / (1e6 / (1.0 - 0.09) * std::f64::consts::PI)).sqrt();
+    let expected = 2.0 * force / (std::f64::consts::PI * a);
+    let (x, tractions) = (simulation.positions(), simulation.contact_tractions());
+    let of_vertex = x.chunks_exact(2).zip(tractions).map(|(x, traction)| [x[0].abs(), traction.pressure]);
+    let pressures: Vec<[f64; 2]> = of_vertex.filter(|[_, pressure]| *pressure > 0.0).collect();
+    let [greatest, width] = super::statics::hertzian(&pressures, a);
     assert!((greatest - expected).abs() < 1e-2 * expected, "{greatest} Pa for {expected}");
+    assert!((width - a).abs() < 0.02 * a, "{width} m for {a}");
 }
 
 /// A block that slides over a table: friction per area is the coefficient times the pressure, against the

@@ -39,7 +39,7 @@ pub(crate) use live::LiveArguments;
 pub(crate) use modes::{ModesArguments, VertexChoice};
 pub(crate) use new::NewArguments;
 pub(crate) use recover::RecoverArguments;
-pub(crate) use render::{GalleryArguments, PlotArguments, QuantityArgument, RenderArguments};
+pub(crate) use render::{PlotArguments, QuantityArgument, RenderArguments};
 pub(crate) use resume::ResumeArguments;
 pub(crate) use run::RunArguments;
 pub(crate) use schema::{SchemaArguments, SchemaFormat};
@@ -131,8 +131,6 @@ pub(crate) enum Command {
     Render(Box<RenderArguments>),
     /// Plot energies, momentum, reactions or probes of a recording over time
     Plot(PlotArguments),
-    /// Draw the scenes of a folder into one page
-    Gallery(GalleryArguments),
     /// Print the format of scenes: a JSON schema for editors, or a reference page
     Schema(SchemaArguments),
     /// Print a completion script for bash, zsh, fish or powershell

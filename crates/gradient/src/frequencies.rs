@@ -153,7 +153,7 @@ fn refuse_forces(simulation: &mut Simulation) -> Result<(), GradientError> {
         let pulls = gradient.iter().zip(&free).any(|(force, free)| *free && force.abs() > scale);
         if pulls {
             return Err(GradientError::Unsupported {
-                what: format!("natural frequencies where {} pulls", term.name()),
+                what: format!("natural frequencies under a force, that of {}", term.name()),
                 remedy: "they are differentiated about the reference configuration: remove gravity, loads \
                          and changes of the start",
             });

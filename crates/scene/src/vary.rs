@@ -158,7 +158,7 @@ mass = { density = 1000.0 }
         let cases = [
             ("body.1.order", "2", "there is no `body.1`"),
             ("body.0.elastic.corotated.yung", "1e5", "unknown field `yung`"),
-            ("time.step.x", "1", "leads nowhere"),
+            ("time.step.x", "1", "is a single value"),
             ("time.integrator", "rk5", "unknown choice `rk5`"),
             ("body.0.elastic.corotated.poisson", "0.5", "`poisson` = 0.5"),
             ("body.0.elastic.stvk.young", "1e5", "exactly one of"),

@@ -209,26 +209,3 @@ pub(crate) enum QuantityArgument {
     /// Positions of probes
     Probes,
 }
-
-/// `pliant gallery`.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct GalleryArguments {
-    /// Folder of scenes, or single scenes
-    #[arg(value_name = "SCENES", default_value = "scenes")]
-    pub(crate) scenes: Vec<PathBuf>,
-    /// Page; its pictures go into a folder next to it
-    #[arg(short, long, value_name = "FILE", default_value = "docs/gallery.md")]
-    pub(crate) output: PathBuf,
-    /// Frames of each animation
-    #[arg(long, value_name = "N", default_value = "24")]
-    pub(crate) frames: NonZeroU16,
-    /// Width and height of the animations in pixels
-    #[arg(long, value_name = "WxH", default_value = "240x180")]
-    pub(crate) size: PictureSize,
-    /// Folder of existing recordings: FOLDER/NAME.mcap is used instead of simulating NAME.toml
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) recordings: Option<PathBuf>,
-    /// Replace pages and pictures that exist
-    #[arg(long)]
-    pub(crate) force: bool,
-}

@@ -4,7 +4,6 @@ mod bench;
 mod check;
 mod export;
 mod fit;
-mod gallery;
 mod info;
 mod list;
 mod live;
@@ -59,7 +58,6 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Render(arguments) => render::execute(&arguments, terminal),
         Command::Plot(arguments) => plot::execute(&arguments, terminal),
-        Command::Gallery(arguments) => gallery::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Completions(arguments) => shell::completions(&arguments, terminal),
         Command::Man(arguments) => shell::man(&arguments, terminal),

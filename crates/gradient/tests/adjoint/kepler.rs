@@ -81,7 +81,7 @@ fn gravity_by_a_tree_is_refused_with_a_way_to_do_without() {
     let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
     let refused = gradient(&mut simulation, 1, &mut nothing, &mut [], UNLIMITED).unwrap_err();
     let expected = "there is no derivative of mutual gravity of 2 particles by a tree: the force of a tree \
-                    jumps where a particle comes into another cell, and by cells it is the gradient of no \
-                    energy; take the direct sum, without `tree`";
+                    jumps if a particle changes its cell, and it is not the gradient of an energy; use the \
+                    direct sum, without `tree`";
     assert_eq!(refused.to_string(), expected);
 }

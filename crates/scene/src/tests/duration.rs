@@ -29,7 +29,7 @@ fn runs_of_hours_are_told_with_their_steps() {
         (
             "{ integrator = 'implicit-euler', step = 1e-3, duration = 1e3 }",
             BEAM,
-            "2142 coordinates",
+            "2142 unknowns",
             "about 12 h",
         ),
         (

@@ -799,8 +799,7 @@ fn membranes() {
         ),
         (
             &[cloth, stvk, membrane, "muscle = [{ fibre = { direction = [1, 0, 0] }, tension = 1 }]"],
-            "7:1 body.0.muscle: `muscle` is for solids, and triangles of a `membrane` have no direction to \
-             be compared with",
+            "7:1 body.0.muscle: `muscle` is for solids: triangles of a `membrane` have no reference direction",
         ),
         (
             &[grid, stvk, membrane],

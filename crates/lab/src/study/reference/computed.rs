@@ -251,7 +251,7 @@ mod tests {
     fn a_reference_is_confirmed_by_a_scheme_that_agrees_alone() {
         let best = solution("rk4", 4e-3);
         let (error, how) = confirmed(&best, Ok((&solution("sdirk4", 0.5), 1.2)));
-        assert!(error == 1.2 && how.starts_with("no two schemes agree"), "{error} {how}");
+        assert!(error == 1.2 && how.starts_with("no two integrators agree"), "{error} {how}");
         let (error, how) = confirmed(&best, Ok((&solution("sdirk4", 5e-3), 8e-3)));
         assert!(error == 4e-3 && how == "sdirk4 agrees to 8e-3", "{error} {how}");
         // Both error estimates are small, so one of them must be wrong.
