@@ -80,7 +80,7 @@ impl<'a> QuantityRuns<'a> {
         plan: Plan,
         interrupt: &'a AtomicBool,
     ) -> Self {
-        let mut probes = scene.probe.clone();
+        let mut probes: Vec<ProbeSpec> = scene.probe.iter().flat_map(ProbeSpec::each).collect();
         for (spec, probe) in probes.iter_mut().zip(&assembly.probes) {
             if spec.vertex.take().is_some() {
                 spec.at = Some(probe.rest[..scene.dimension].to_vec());

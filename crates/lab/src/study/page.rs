@@ -21,6 +21,8 @@ tr:hover td{background:var(--box)}\
 .long{white-space:normal;min-width:18rem;max-width:34rem;text-align:left;color:var(--quiet)}\
 .good{color:var(--good)}.fair{color:var(--fair)}.bad{color:var(--bad);font-weight:600}\
 figure{margin:1.5rem 0}figure svg{display:block;max-width:100%;min-width:40rem;height:auto}\
+svg polyline{pointer-events:stroke}svg:has(polyline:hover) polyline:not(:hover){opacity:.15}\
+svg polyline:hover{stroke-width:4}\
 figcaption,.note{color:var(--quiet);font-size:.875rem}\
 pre{background:var(--box);padding:.75rem 1rem;overflow-x:auto;font-size:.875rem;overflow-wrap:normal}\
 button{font:inherit;font-size:.875rem;color:var(--ink);background:var(--box);border:1px solid \

@@ -336,7 +336,7 @@ fn fields(of: AssembledScene<'_>, rows: FieldRows) -> Option<String> {
 }
 
 fn probes(of: AssembledScene<'_>) -> FeatureSentences {
-    let probes = of.scene.probe.len() as u64;
+    let probes = of.scene.probe.iter().map(|spec| spec.each().len() as u64).sum::<u64>();
     let yes = (probes > 0).then(|| format!("{} on /probe", counted(probes, "probe", "probes")));
     either(yes, "probes: no [[probe]]")
 }

@@ -28,7 +28,12 @@ pub(super) fn probes<const D: usize, const N: usize>(
     bodies: &[BodyAssembly],
 ) -> Result<(Vec<Probe>, Vec<Point>), Vec<Problem>> {
     let path = KeyPath::root().key("probe");
-    let found = scene.probe.iter().enumerate().map(|(i, spec)| one::<D, N>(spec, &path.index(i), bodies));
+    let specs = scene
+        .probe
+        .iter()
+        .enumerate()
+        .flat_map(|(i, spec)| spec.each().into_iter().map(move |spec| (i, spec)));
+    let found = specs.map(|(i, spec)| one::<D, N>(&spec, &path.index(i), bodies));
     let (mut probes, mut points, mut problems) = (vec![], vec![], vec![]);
     for probe in found {
         match probe {

@@ -7,7 +7,7 @@ use pliant::value::*;
 
 /// A point of a body that is followed: its position, velocity and displacement, and where it is in a finite
 /// element the strain and stress there, on `/probe/<name>` and in the table that `pliant run --probes FILE`
-/// writes. Exactly one of `at` and `vertex`.
+/// writes. Exactly one of `at` and `vertex`; with `line` a row of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeSpec {
@@ -31,4 +31,39 @@ pub struct ProbeSpec {
     /// elements.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub nodal_stress: bool,
+    /// Makes a straight row of probes from `at` on, `NAME-0`, `NAME-1` and so on: values along a line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<ProbeLine>,
+}
+
+/// End of a row of probes, and how many there are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeLine {
+    /// Position of the last probe in the reference configuration [m].
+    #[serde(with = "As::<Vec<Length>>")]
+    #[schemars(length(min = 2, max = 3))]
+    pub to: Vec<f64>,
+    /// Number of probes, evenly spaced, both ends included.
+    #[schemars(range(min = 2, max = 1000))]
+    pub points: u32,
+}
+
+impl ProbeSpec {
+    /// The single probes that it stands for: itself, or those of its line.
+    pub fn each(&self) -> Vec<ProbeSpec> {
+        let (Some(line), Some(from)) = (&self.line, &self.at) else { return vec![self.clone()] };
+        let last = f64::from(line.points.saturating_sub(1).max(1));
+        let at = |i: u32| {
+            let part = f64::from(i) / last;
+            from.iter().zip(&line.to).map(|(from, to)| (1.0 - part) * from + part * to).collect()
+        };
+        let one = |i: u32| ProbeSpec {
+            name: format!("{}-{i}", self.name),
+            at: Some(at(i)),
+            line: None,
+            ..self.clone()
+        };
+        (0..line.points).map(one).collect()
+    }
 }
