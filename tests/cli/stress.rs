@@ -63,7 +63,7 @@ fn a_choice_of_nothing_is_a_mistake() {
     bench
         .pliant(["stability", "scene.toml", "--integrators", "rk5"])
         .ended_with(2)
-        .says(&["there is no integrator `rk5`"]);
+        .says(&["there is no dynamic integrator `rk5`"]);
 }
 
 /// A block of a material that has no inverted states, in steps that are too long for Verlet.
@@ -131,7 +131,7 @@ fn a_scheme_without_a_limit_has_none_in_the_list_and_in_a_survey() {
     bench.pliant(["list", "integrators"]).succeeded().prints(&["none: gains energy at any step"]);
     let arguments = ["stability", "scene.toml", "--quick", "--integrators", "forward-euler"];
     let remark = "forward-euler: none, it gains energy at any step; at ";
-    let verdict = "no step is stable (forward-euler): in steps of ";
+    let verdict = "no step is stable (forward-euler): at ";
     let ended = bench.pliant(arguments).succeeded().prints(&[verdict, remark]);
     assert!(ended.stdout.starts_with(verdict), "{}", ended.stdout);
     let row = ended.stdout.lines().find(|line| line.starts_with("forward-euler ")).unwrap();

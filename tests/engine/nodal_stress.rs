@@ -313,3 +313,38 @@ fn what_cannot_be_recovered_is_refused() {
     assert!(sheet.contains("output.channels.1: channel `zz` divides by the stiffness of solids"), "{sheet}");
     assert!(!sheet.contains("channels.0"), "membranes have a stress at nodes: {sheet}");
 }
+
+/// A bar of 1 m that is pulled by 1 %: displacements along it grow evenly, and its stress is the same.
+#[test]
+fn a_line_is_a_row_of_probes() {
+    let bar = "dimension = 2\ntime = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }\n\
+               [[body]]\nname = 'bar'\nmesh = { grid = { cells = [4, 2], size = [1.0, 0.5] } }\n\
+               elastic = { linear = { young = 1e6, poisson = 0.0 } }\nmass = { density = 1.0 }\n\
+               pin = [{ half_space = { normal = [1, 0], offset = 0 } },\n\
+               { half_space = { normal = [-1, 0], offset = -1 }, motion = { velocity = [0.01, 0.0] } }]\n";
+    let line = "[[probe]]\nname = 'cut'\nat = [0.1, 0.2]\nline = { to = [0.9, 0.3], points = 5 }\n";
+    let (assembly, mut trajectory, _folder) = recorded(&format!("{bar}{line}"));
+    let names: Vec<&str> = assembly.probes.iter().map(|probe| &probe.name[..]).collect();
+    assert_eq!(names, ["cut-0", "cut-1", "cut-2", "cut-3", "cut-4"]);
+    for (i, name) in names.iter().enumerate() {
+        let (columns, place) = (trajectory.probe(name).unwrap(), 0.1 + 0.2 * i as f64);
+        let last = |title: &str| {
+            let column = columns.iter().find(|column| column.name == title);
+            *column.unwrap_or_else(|| panic!("no {title}")).values.last().unwrap()
+        };
+        assert!((assembly.probes[i].rest[0] - place).abs() < 1e-15);
+        assert!((last("displacement[0]") - 0.01 * place).abs() < 1e-12, "{name}");
+        assert!((last("cauchy_stress[0]") - 1e4).abs() < 1e-6, "{name}");
+    }
+    let told = |text: String| match Scene::from_toml(&text) {
+        Ok(_) => panic!("accepted: {text}"),
+        Err(error) => error.to_string(),
+    };
+    let second = "[[probe]]\nname = 'cut-3'\nat = [0.5, 0.2]\n";
+    let twice = told(format!("{bar}{line}{second}"));
+    assert!(twice.contains("probes 0 and 1 are both named \"cut-3\""), "{twice}");
+    let vertex = told(format!("{bar}{}", line.replace("at = [0.1, 0.2]", "vertex = 3")));
+    assert!(vertex.contains("a `line` begins at `at`"), "{vertex}");
+    let one = told(format!("{bar}{}", line.replace("points = 5", "points = 1")));
+    assert!(one.contains("a line has 2 to 1000 `points`, not 1"), "{one}");
+}

@@ -64,6 +64,7 @@ MORE: list[dict[str, Any]] = [
     solid(
         2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}
     ),
+    solid(2, GRID, probe=[{"name": "cut", "at": [0.0, 0.0], "line": {"to": [0.2, 0.2], "points": 3}}]),
     solid(2, {"file": {"path": "mesh.obj", "merge": 1e-6}}),
     solid(3, {"surface": {"path": "mesh.obj", "cells": 4, "merge": 1e-6}}),
     solid(3, {"surface": {"path": "mesh.obj", "spacing": 0.1}}),

@@ -14,7 +14,7 @@ mod palette;
 mod png;
 mod svg;
 
-use std::io::{self, Write};
+use std::io;
 
 use super::image::Image;
 
