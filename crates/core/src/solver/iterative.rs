@@ -230,7 +230,7 @@ impl<const D: usize> Levels<D> {
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = cg.solve(product, preconditioner, right, solution, tolerance, MULTIGRID_ITERATIONS);
         // Mark the levels as worn out if this solve took too many iterations.
-        let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
+        let (count, gained) = (report.iterations as f64, -libm::log(report.relative_residual));
         let first = *first_rate.get_or_insert(count / gained);
         let worn_out = count > WORN_OUT * first * gained + 1.0;
         if worn_out || report.end != CgEnd::Converged {
