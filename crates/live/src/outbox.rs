@@ -105,6 +105,7 @@ impl Outbox {
     }
 
     /// Replaces the waiting answer to a ping, if `page` is still connected.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn pong(&self, page: u64, data: Vec<u8>) {
         let mut waiting = self.lock();
         if waiting.page == page {
@@ -154,6 +155,7 @@ impl Outbox {
     }
 
     /// Waits until there is room for a reply to `page`; false once the page is gone.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn has_room(&self, page: u64) -> bool {
         let mut waiting = self.lock();
         while waiting.page == page && waiting.texts.len() >= TEXTS && !waiting.closed {
@@ -163,6 +165,7 @@ impl Outbox {
     }
 
     /// Ends sending: no more messages from now on.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();

@@ -133,6 +133,7 @@ impl LiveSession {
     }
 
     /// The experiment at its end, and the completed recordings.
+    #[cfg(feature = "server")]
     pub(crate) fn into_parts(self) -> (Experiment, Vec<Recorded>) {
         (self.experiment, self.recorded)
     }

@@ -22,4 +22,4 @@
 //! result before it traps; afterwards the instance must not be used.
 
 #[cfg(target_family = "wasm")]
-mod exports;
+pub mod exports;

@@ -9,4 +9,6 @@ bits=$PWD/target/web/bits
 rm -rf "$bits" && mkdir -p "$bits"
 PLIANT_BITS=$bits cargo test --locked --test pliant -- --ignored positions_are_written_for_the_browser
 node tests/tools/web/bits.mjs target/web/pliant.wasm scenes "$bits"
+node tests/tools/web/session.mjs target/web/pliant.wasm scenes/cantilever_fem_2d.toml target/web/run.mcap
+cargo run --locked --quiet --profile test -- info target/web/run.mcap
 node tests/tools/web/fuzz.mjs target/web/pliant.wasm scenes "${1:-10000}"
