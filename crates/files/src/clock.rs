@@ -1,10 +1,10 @@
 //! A clock that never goes back; in a browser the one that its owner [sets](set).
 
+#[cfg(target_family = "wasm")]
+pub use ToldInstant as Instant;
 #[cfg(not(target_family = "wasm"))]
 pub use std::time::Instant;
-#[cfg(target_family = "wasm")]
-pub use told::Told as Instant;
-pub use told::set;
+pub use told::{ToldInstant, set};
 
 mod told {
     use std::ops::Sub;
@@ -20,35 +20,35 @@ mod told {
 
     /// A time that the clock told, since its beginning: what of `std::time::Instant` sessions use.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-    pub struct Told(Duration);
+    pub struct ToldInstant(Duration);
 
-    impl Told {
+    impl ToldInstant {
         /// The time; zero without a clock.
-        pub fn now() -> Told {
+        pub fn now() -> ToldInstant {
             let milliseconds = NOW.get().map_or(0.0, |now| now());
-            Told(Duration::try_from_secs_f64(1e-3 * milliseconds).unwrap_or_default())
+            ToldInstant(Duration::try_from_secs_f64(1e-3 * milliseconds).unwrap_or_default())
         }
 
         /// Time since then.
         pub fn elapsed(self) -> Duration {
-            Told::now().duration_since(self)
+            ToldInstant::now().duration_since(self)
         }
 
         /// Time from `earlier` to this one; zero if that is later.
-        pub fn duration_since(self, earlier: Told) -> Duration {
+        pub fn duration_since(self, earlier: ToldInstant) -> Duration {
             self.0.saturating_sub(earlier.0)
         }
 
         /// A time before this one; `None` before the beginning.
-        pub fn checked_sub(self, duration: Duration) -> Option<Told> {
-            self.0.checked_sub(duration).map(Told)
+        pub fn checked_sub(self, duration: Duration) -> Option<ToldInstant> {
+            self.0.checked_sub(duration).map(ToldInstant)
         }
     }
 
-    impl Sub for Told {
+    impl Sub for ToldInstant {
         type Output = Duration;
 
-        fn sub(self, earlier: Told) -> Duration {
+        fn sub(self, earlier: ToldInstant) -> Duration {
             self.duration_since(earlier)
         }
     }
@@ -59,11 +59,11 @@ mod told {
 
         #[test]
         fn times_are_those_that_the_clock_tells() {
-            assert_eq!(Told::now(), Told(Duration::ZERO));
+            assert_eq!(ToldInstant::now(), ToldInstant(Duration::ZERO));
             set(|| 1500.0);
             set(|| 0.0);
-            let now = Told::now();
-            assert_eq!(now, Told(Duration::from_millis(1500)));
+            let now = ToldInstant::now();
+            assert_eq!(now, ToldInstant(Duration::from_millis(1500)));
             let earlier = now.checked_sub(Duration::from_millis(20)).unwrap();
             assert_eq!((earlier.elapsed(), earlier - now), (Duration::from_millis(20), Duration::ZERO));
             assert_eq!(earlier.checked_sub(Duration::from_secs(2)), None);

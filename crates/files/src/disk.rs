@@ -2,7 +2,8 @@
 
 #[cfg(target_family = "wasm")]
 pub use crate::memory::{
-    File, create_dir, create_new, exists, metadata, remove_dir_all, remove_file, rename, temp_dir,
+    MemoryFile as File, create_dir, create_new, exists, metadata, remove_dir_all, remove_file, rename,
+    temp_dir,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use {

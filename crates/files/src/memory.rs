@@ -13,15 +13,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub const MOST_BYTES: usize = 512 << 20;
 
 /// Content of a file: of its name and of all handles.
-type Content = Arc<Mutex<Vec<u8>>>;
+type SharedContent = Arc<Mutex<Vec<u8>>>;
 
-static FILES: Mutex<BTreeMap<PathBuf, Content>> = Mutex::new(BTreeMap::new());
+static FILES: Mutex<BTreeMap<PathBuf, SharedContent>> = Mutex::new(BTreeMap::new());
 
-fn files() -> MutexGuard<'static, BTreeMap<PathBuf, Content>> {
+fn files() -> MutexGuard<'static, BTreeMap<PathBuf, SharedContent>> {
     FILES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn locked(content: &Content) -> MutexGuard<'_, Vec<u8>> {
+fn locked(content: &SharedContent) -> MutexGuard<'_, Vec<u8>> {
     content.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -30,7 +30,7 @@ fn named(path: &Path) -> PathBuf {
     path.components().filter(|part| !matches!(part, Component::CurDir)).collect()
 }
 
-fn found(path: &Path) -> io::Result<Content> {
+fn found(path: &Path) -> io::Result<SharedContent> {
     files().get(&named(path)).cloned().ok_or_else(|| ErrorKind::NotFound.into())
 }
 
@@ -71,8 +71,8 @@ pub fn exists(path: &Path) -> bool {
 ///
 /// # Errors
 /// It does not exist.
-pub fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
-    Ok(Metadata { length: locked(&found(path.as_ref())?).len() as u64 })
+pub fn metadata(path: impl AsRef<Path>) -> io::Result<MemoryMetadata> {
+    Ok(MemoryMetadata { length: locked(&found(path.as_ref())?).len() as u64 })
 }
 
 /// Removes a name; handles keep the content.
@@ -121,23 +121,23 @@ pub fn remove_dir_all(path: impl AsRef<Path>) -> io::Result<()> {
 ///
 /// # Errors
 /// It exists.
-pub fn create_new(path: &Path) -> io::Result<File> {
+pub fn create_new(path: &Path) -> io::Result<MemoryFile> {
     let mut files = files();
     if files.contains_key(&named(path)) {
         return Err(ErrorKind::AlreadyExists.into());
     }
-    let content = Content::default();
+    let content = SharedContent::default();
     files.insert(named(path), Arc::clone(&content));
-    Ok(File { content, position: 0 })
+    Ok(MemoryFile { content, position: 0 })
 }
 
 /// What is known of a file.
 #[derive(Clone, Copy, Debug)]
-pub struct Metadata {
+pub struct MemoryMetadata {
     length: u64,
 }
 
-impl Metadata {
+impl MemoryMetadata {
     /// Size [bytes].
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> u64 {
@@ -152,26 +152,26 @@ impl Metadata {
 
 /// A file that is read and written.
 #[derive(Clone, Debug)]
-pub struct File {
-    content: Content,
+pub struct MemoryFile {
+    content: SharedContent,
     position: usize,
 }
 
-impl File {
+impl MemoryFile {
     /// Opens a file.
     ///
     /// # Errors
     /// It does not exist.
-    pub fn open(path: impl AsRef<Path>) -> io::Result<File> {
-        Ok(File { content: found(path.as_ref())?, position: 0 })
+    pub fn open(path: impl AsRef<Path>) -> io::Result<MemoryFile> {
+        Ok(MemoryFile { content: found(path.as_ref())?, position: 0 })
     }
 
     /// Size of the file.
     ///
     /// # Errors
     /// None.
-    pub fn metadata(&self) -> io::Result<Metadata> {
-        Ok(Metadata { length: locked(&self.content).len() as u64 })
+    pub fn metadata(&self) -> io::Result<MemoryMetadata> {
+        Ok(MemoryMetadata { length: locked(&self.content).len() as u64 })
     }
 
     /// Does nothing: there is no disk.
@@ -198,7 +198,7 @@ impl File {
     ///
     /// # Errors
     /// None.
-    pub fn try_clone(&self) -> io::Result<File> {
+    pub fn try_clone(&self) -> io::Result<MemoryFile> {
         Ok(self.clone())
     }
 
@@ -211,7 +211,7 @@ impl File {
     }
 }
 
-impl Read for File {
+impl Read for MemoryFile {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let content = locked(&self.content);
         let rest = content.get(self.position..).unwrap_or_default();
@@ -222,7 +222,7 @@ impl Read for File {
     }
 }
 
-impl Write for File {
+impl Write for MemoryFile {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
         let end = self.position.saturating_add(buffer.len());
         let length = locked(&self.content).len();
@@ -241,7 +241,7 @@ impl Write for File {
     }
 }
 
-impl Seek for File {
+impl Seek for MemoryFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let length = locked(&self.content).len();
         let place = match to {
@@ -264,14 +264,14 @@ mod tests {
     #[test]
     fn files_are_written_read_renamed_and_removed_like_those_of_a_system() {
         let (a, b) = (Path::new("memory/a"), Path::new("./memory/b"));
-        assert_eq!(File::open(a).unwrap_err().kind(), ErrorKind::NotFound);
+        assert_eq!(MemoryFile::open(a).unwrap_err().kind(), ErrorKind::NotFound);
         let mut file = create_new(a).unwrap();
         assert_eq!(create_new(a).unwrap_err().kind(), ErrorKind::AlreadyExists);
         file.write_all(b"content").unwrap();
         file.seek(SeekFrom::Start(3)).unwrap();
         file.write_all(b"TEN").unwrap();
         assert_eq!(read(a).unwrap(), b"conTENt");
-        let mut reader = File::open(a).unwrap();
+        let mut reader = MemoryFile::open(a).unwrap();
         reader.seek(SeekFrom::End(-4)).unwrap();
         let mut rest = String::new();
         reader.read_to_string(&mut rest).unwrap();

@@ -35,7 +35,7 @@ pub fn ensure_replaceable(path: &Path) -> io::Result<()> {
 
 /// In memory there are regular files only.
 #[cfg(target_family = "wasm")]
-fn ensure_regular(_: &crate::memory::Metadata) -> io::Result<()> {
+fn ensure_regular(_: &crate::memory::MemoryMetadata) -> io::Result<()> {
     Ok(())
 }
 

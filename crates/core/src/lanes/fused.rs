@@ -89,7 +89,7 @@ pub(super) fn mul_add_packs(
     c: &[f64; super::WIDTH],
 ) -> [f64; super::WIDTH] {
     let mut r = [0.0; super::WIDTH];
-    let mut check = pairs::Check::new();
+    let mut check = pairs::SoundnessCheck::new();
     for i in 0..super::WIDTH / 2 {
         let pair = |x: &[f64; super::WIDTH]| pairs::load(x.as_chunks().0, i);
         let (sum, product) = pairs::sum_and_product(pair(a), pair(b), pair(c));
@@ -126,15 +126,15 @@ mod pairs {
     }
 
     /// What [`is_sound`](super::is_sound) asks, of several pairs.
-    pub(super) struct Check {
+    pub(super) struct SoundnessCheck {
         smallest: v128,
         nothing: v128,
     }
 
-    impl Check {
+    impl SoundnessCheck {
         #[inline(always)]
         pub(super) fn new() -> Self {
-            Check { smallest: f64x2_splat(f64::INFINITY), nothing: f64x2_splat(0.0) }
+            SoundnessCheck { smallest: f64x2_splat(f64::INFINITY), nothing: f64x2_splat(0.0) }
         }
 
         #[inline(always)]

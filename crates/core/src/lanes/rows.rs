@@ -3,7 +3,10 @@
 
 use std::ops::{Deref, DerefMut};
 
-use pages::Pages;
+#[cfg(target_family = "wasm")]
+use allocated::AllocatedMemory as Memory;
+#[cfg(not(target_family = "wasm"))]
+use mapped::MappedMemory as Memory;
 
 /// One row for every `u16`.
 const CAPACITY: usize = 1 << 16;
@@ -18,7 +21,7 @@ const LENGTH: usize = 4 * CAPACITY;
 ///
 /// Where the system has no pages to give (WebAssembly), an allocator provides the whole buffer at once.
 pub struct Rows<const D: usize> {
-    memory: Pages,
+    memory: Memory,
 }
 
 impl<const D: usize> Rows<D> {
@@ -36,7 +39,7 @@ impl<const D: usize> Rows<D> {
     /// # Panics
     /// Ends the program, as any allocation does, if the system has no address space left.
     pub fn new() -> Self {
-        let memory = Pages::new(Self::BYTES);
+        let memory = Memory::new(Self::BYTES);
         assert!(memory.len() >= Self::BYTES && memory.as_ptr().cast::<RowSlice<D>>().is_aligned());
         Rows { memory }
     }
@@ -44,14 +47,14 @@ impl<const D: usize> Rows<D> {
 
 /// Zeroed memory of the system.
 #[cfg(not(target_family = "wasm"))]
-mod pages {
+mod mapped {
     use std::alloc::{Layout, handle_alloc_error};
 
     use memmap2::MmapMut;
 
-    pub(super) struct Pages(MmapMut);
+    pub(super) struct MappedMemory(MmapMut);
 
-    impl Pages {
+    impl MappedMemory {
         pub(super) fn new(bytes: usize) -> Self {
             let Ok(memory) = MmapMut::map_anon(bytes) else {
                 handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>()))
@@ -59,7 +62,7 @@ mod pages {
             // A huge page would back all of a buffer of which little is in use.
             #[cfg(target_os = "linux")]
             let _ = memory.advise(memmap2::Advice::NoHugePage);
-            Pages(memory)
+            MappedMemory(memory)
         }
 
         pub(super) fn len(&self) -> usize {
@@ -80,17 +83,19 @@ mod pages {
 
 /// Zeroed memory of the allocator.
 #[cfg(target_family = "wasm")]
-mod pages {
+mod allocated {
     /// A cache line; its alignment suits packs.
     #[derive(Clone, Copy)]
     #[repr(C, align(64))]
-    struct Line([u64; 8]);
+    struct CacheLine([u64; 8]);
 
-    pub(super) struct Pages(Box<[Line]>);
+    pub(super) struct AllocatedMemory(Box<[CacheLine]>);
 
-    impl Pages {
+    impl AllocatedMemory {
         pub(super) fn new(bytes: usize) -> Self {
-            Pages(vec![Line([0; 8]); bytes.div_ceil(size_of::<Line>())].into_boxed_slice())
+            AllocatedMemory(
+                vec![CacheLine([0; 8]); bytes.div_ceil(size_of::<CacheLine>())].into_boxed_slice(),
+            )
         }
 
         pub(super) fn len(&self) -> usize {
