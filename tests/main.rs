@@ -14,6 +14,7 @@ mod architecture;
 mod attachment_limit;
 mod attachments;
 mod bending;
+mod browser_bits;
 mod changing_stencils;
 mod checkpoints;
 mod cli;

@@ -48,6 +48,8 @@
 // Loops over small fixed ranges index several arrays at once; closures would lose the SIMD target
 // features.
 #![allow(clippy::needless_range_loop)]
+// `lecture` is set by `tests/tools/web.sh`.
+#![allow(unexpected_cfgs)]
 
 pub mod barrier;
 pub mod broad_phase;

@@ -10,6 +10,9 @@ use crate::friction_term::FrictionTerm;
 use crate::model::ContactModel;
 use crate::start::{self, BadStart, LeastDistance, StartSurvey};
 
+/// True if this build, `--cfg lecture`, has no contact: scenes with contact are to be refused.
+pub const IS_LEFT_OUT: bool = cfg!(lecture);
+
 /// Terms of the contacts of one model.
 pub struct ContactTerms {
     /// Contact energy.
@@ -34,6 +37,9 @@ pub fn contact_terms(
     model: Arc<ContactModel>,
     options: ExplicitOptions<'_>,
 ) -> ContactTerms {
+    if IS_LEFT_OUT {
+        unreachable!("scenes with contact are refused");
+    }
     match dimension {
         2 => terms_in::<2>(model, options),
         _ => terms_in::<3>(model, options),
@@ -65,6 +71,9 @@ pub struct StartFaults {
 /// Defects of the positions `x`, flat `(n, dimension)` [m], found by [`start::bad_starts`] and
 /// [`start::enclosed_bodies`].
 pub fn start_faults(dimension: usize, model: &ContactModel, x: &[f64]) -> StartFaults {
+    if IS_LEFT_OUT {
+        unreachable!("scenes with contact are refused");
+    }
     match dimension {
         2 => start_faults_in::<2>(model, x),
         _ => start_faults_in::<3>(model, x),
@@ -83,6 +92,9 @@ fn start_faults_in<const D: usize>(model: &ContactModel, x: &[f64]) -> StartFaul
 
 /// Candidates and the smallest gap at `x`, flat `(n, dimension)` [m], found by [`start::survey`].
 pub fn survey(dimension: usize, model: &ContactModel, x: &[f64]) -> StartSurvey {
+    if IS_LEFT_OUT {
+        unreachable!("scenes with contact are refused");
+    }
     match dimension {
         2 => start::survey::<2>(model, x),
         _ => start::survey::<3>(model, x),
@@ -92,6 +104,9 @@ pub fn survey(dimension: usize, model: &ContactModel, x: &[f64]) -> StartSurvey 
 /// Smallest distances of bodies from themselves in the reference configuration, found by
 /// [`start::least_distances`].
 pub fn least_distances(dimension: usize, model: &ContactModel, rest: &[f64]) -> Vec<Option<LeastDistance>> {
+    if IS_LEFT_OUT {
+        unreachable!("scenes with contact are refused");
+    }
     match dimension {
         2 => start::least_distances::<2>(model, rest),
         _ => start::least_distances::<3>(model, rest),

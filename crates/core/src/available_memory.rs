@@ -21,8 +21,16 @@ pub fn available_beside(reserved: u64) -> Option<u64> {
     let groups = read("/proc/self/cgroup").and_then(|text| of_groups(Path::new(GROUPS), &text));
     let address = read("/proc/self/limits").zip(read("/proc/self/status"));
     let address = address.and_then(|(limits, status)| of_address_space(&limits, &status));
-    let address = address.map(|left| left.saturating_sub(reserved));
+    let address = of_webassembly().or(address).map(|left| left.saturating_sub(reserved));
     [free, groups, address].into_iter().flatten().min()
+}
+
+/// What is left of the four gigabytes that WebAssembly addresses; `None` elsewhere.
+fn of_webassembly() -> Option<u64> {
+    #[cfg(target_arch = "wasm32")]
+    return Some((4_u64 << 30).saturating_sub((std::arch::wasm32::memory_size(0) as u64) << 16));
+    #[cfg(not(target_arch = "wasm32"))]
+    None
 }
 
 /// Peak resident set of this process [bytes]; `None` if the system does not report it.

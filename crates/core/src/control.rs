@@ -175,7 +175,7 @@ impl Controller {
                 // A step cut short to end at a given time predicts the error of the full step, unless it
                 // is all rounding.
                 let times = (self.next / h).max(1.0);
-                let scale = times.powf(self.exponent);
+                let scale = libm::pow(times, self.exponent);
                 if scale > LARGEST_SCALE {
                     self.next.max(h * self.factor(error))
                 } else {
@@ -199,8 +199,12 @@ impl Controller {
     fn factor(&self, error: f64) -> f64 {
         let error = error.max(EASY);
         let factor = match self.last {
-            Some(before) => SAFETY * error.powf(-LAST / self.exponent) * before.powf(BEFORE / self.exponent),
-            None => SAFETY * error.powf(-1.0 / self.exponent),
+            Some(before) => {
+                let (last, before) =
+                    (libm::pow(error, -LAST / self.exponent), libm::pow(before, BEFORE / self.exponent));
+                SAFETY * last * before
+            }
+            None => SAFETY * libm::pow(error, -1.0 / self.exponent),
         };
         // After a rejection the step does not grow at once.
         let most = if self.taken_back { 1.0 } else { LARGEST_FACTOR };
@@ -216,7 +220,7 @@ impl Controller {
         }
         let factor = match judgement {
             Some(Judgement::Error(error)) if error.is_finite() && error > 1.0 => {
-                (SAFETY * error.powf(-1.0 / self.exponent)).clamp(SMALLEST_FACTOR, SAFETY)
+                (SAFETY * libm::pow(error, -1.0 / self.exponent)).clamp(SMALLEST_FACTOR, SAFETY)
             }
             Some(Judgement::Step(wanted)) if wanted > 0.0 && wanted < OWN_CRITERION * h => wanted / h,
             _ => AFTER_FAILURE,

@@ -1,9 +1,10 @@
 //! Atomic file replacement: a file is complete or absent, even after a kill or a power failure.
 
 use std::ffi::OsString;
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+use crate::disk::{self, File};
 
 /// Replaces the file at `path` by one with this content: at every moment the old or the new one is there.
 ///
@@ -11,10 +12,10 @@ use std::path::{Path, PathBuf};
 /// Errors of the system; the old file is kept then.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let temporary = with_suffix(path, ".new");
-    let written = write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));
+    let written = write(&temporary, content).and_then(|()| disk::rename(&temporary, path));
     if written.is_err() {
         // If it cannot be removed, the next write to this name overwrites it.
-        let _ = std::fs::remove_file(&temporary);
+        let _ = disk::remove_file(&temporary);
     }
     written?;
     sync_directory_of(path);
@@ -33,9 +34,9 @@ fn write(path: &Path, content: &[u8]) -> io::Result<()> {
 /// # Errors
 /// Errors of the system.
 pub fn create(path: &Path) -> io::Result<File> {
-    match std::fs::remove_file(path) {
+    match disk::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => File::options().write(true).create_new(true).open(path),
+        _ => disk::create_new(path),
     }
 }
 

@@ -1,8 +1,9 @@
 //! Access to regular files only: a named pipe blocks its reader, a device may have no end.
 
-use std::fs::{File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
+
+use crate::disk::{self, File};
 
 /// Opens a regular file, or a link to one.
 ///
@@ -10,7 +11,7 @@ use std::path::Path;
 /// Errors of the system; [`io::ErrorKind::InvalidInput`] if it is not a regular file, which is then not
 /// opened.
 pub fn open(path: &Path) -> io::Result<File> {
-    ensure_regular(std::fs::metadata(path)?.file_type())?;
+    ensure_regular(&disk::metadata(path)?)?;
     File::open(path)
 }
 
@@ -29,18 +30,26 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`] in this case.
 pub fn ensure_replaceable(path: &Path) -> io::Result<()> {
-    std::fs::metadata(path).map_or(Ok(()), |there| ensure_regular(there.file_type()))
+    disk::metadata(path).map_or(Ok(()), |there| ensure_regular(&there))
 }
 
-fn ensure_regular(kind: FileType) -> io::Result<()> {
-    if kind.is_file() {
+/// In memory there are regular files only.
+#[cfg(target_family = "wasm")]
+fn ensure_regular(_: &crate::memory::MemoryMetadata) -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn ensure_regular(there: &std::fs::Metadata) -> io::Result<()> {
+    if there.is_file() {
         return Ok(());
     }
-    let message = format!("it is a {}, not a regular file", described(kind));
+    let message = format!("it is a {}, not a regular file", described(there.file_type()));
     Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
-fn described(kind: FileType) -> &'static str {
+#[cfg(not(target_family = "wasm"))]
+fn described(kind: std::fs::FileType) -> &'static str {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;

@@ -44,6 +44,9 @@ pub enum LiveError {
         /// File of that recording.
         path: PathBuf,
     },
+    /// There is no recording.
+    #[error("nothing has been recorded")]
+    NothingRecorded,
     /// Error of the system.
     #[error("{what}: {source}")]
     System {
@@ -53,6 +56,7 @@ pub enum LiveError {
         source: std::io::Error,
     },
     /// No random numbers for the token.
+    #[cfg(feature = "server")]
     #[error("the system gives no random numbers for the address: {0}")]
     Token(getrandom::Error),
 }

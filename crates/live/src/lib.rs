@@ -6,6 +6,9 @@
 //! reading, so that none is lost. An [`Experiment`](pliant_scene::experiment::Experiment) executes
 //! commands between steps.
 //!
+//! Without the feature `server` an [`EmbeddedScene`] does the same for a program that carries the messages
+//! itself, in one thread.
+//!
 //! # What is refused
 //! | request | answer |
 //! |---|---|
@@ -16,7 +19,9 @@
 //! | a head above 8 kB, or slower than 5 s | the connection ends |
 //! | a message that is not a command, or above 64 kB | an error reply; above 1 MB the socket is closed |
 
+mod embedded;
 mod error;
+#[cfg(feature = "server")]
 mod head;
 mod outbox;
 mod pace;
@@ -25,10 +30,14 @@ mod protocol;
 mod recording;
 mod replay;
 mod scratch;
+#[cfg(feature = "server")]
 mod server;
 mod session;
+#[cfg(feature = "server")]
 mod token;
 
+pub use embedded::{EmbeddedScene, LiveMessage};
 pub use error::LiveError;
 pub use replay::replay;
+#[cfg(feature = "server")]
 pub use server::{LiveOptions, LiveServer, LiveSummary};

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use pliant_files::clock::Instant;
 
 /// Number of waiting texts above which commands are no longer read.
 const TEXTS: usize = 256;
@@ -40,6 +42,17 @@ struct Waiting {
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
     changed: Condvar,
+}
+
+impl Waiting {
+    /// Takes a message, texts first.
+    fn take(&mut self) -> Option<Outgoing> {
+        let text = self.texts.pop_front().map(Outgoing::Text);
+        let message = text.or_else(|| self.pong.take().map(Outgoing::Pong));
+        let message = message.or_else(|| self.frame.take().map(Outgoing::Frame));
+        self.sending = message.is_some().then(Instant::now);
+        message
+    }
 }
 
 impl Outbox {
@@ -92,6 +105,7 @@ impl Outbox {
     }
 
     /// Replaces the waiting answer to a ping, if `page` is still connected.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn pong(&self, page: u64, data: Vec<u8>) {
         let mut waiting = self.lock();
         if waiting.page == page {
@@ -115,17 +129,20 @@ impl Outbox {
         waiting.page != 0 && waiting.frame.is_none()
     }
 
+    /// Takes a message to the page, texts first, if one is waiting.
+    pub(crate) fn take(&self) -> Option<Outgoing> {
+        self.lock().take()
+    }
+
     /// Waits for a message to `page`, texts first; `None` once the page is gone.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn next(&self, page: u64) -> Option<Outgoing> {
         let mut waiting = self.lock();
         loop {
             if waiting.page != page {
                 return None;
             }
-            let text = waiting.texts.pop_front().map(Outgoing::Text);
-            let message = text.or_else(|| waiting.pong.take().map(Outgoing::Pong));
-            let message = message.or_else(|| waiting.frame.take().map(Outgoing::Frame));
-            waiting.sending = message.is_some().then(Instant::now);
+            let message = waiting.take();
             if message.is_some() {
                 self.changed.notify_all();
                 return message;
@@ -138,6 +155,7 @@ impl Outbox {
     }
 
     /// Waits until there is room for a reply to `page`; false once the page is gone.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn has_room(&self, page: u64) -> bool {
         let mut waiting = self.lock();
         while waiting.page == page && waiting.texts.len() >= TEXTS && !waiting.closed {
@@ -147,6 +165,7 @@ impl Outbox {
     }
 
     /// Ends sending: no more messages from now on.
+    #[cfg(any(test, feature = "server"))]
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();

@@ -1,6 +1,8 @@
 //! Synchronisation of simulated time with the clock.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use pliant_files::clock::Instant;
 
 /// Largest lag behind the clock that is caught up [s]; larger ones are dropped.
 const LARGEST_LAG: f64 = 0.1;

@@ -6,7 +6,7 @@ use pliant_record::McapRecorder;
 use pliant_scene::Channel;
 use pliant_scene::experiment::Experiment;
 use pliant_view::drawing::{Colouring, Drawing};
-use pliant_view::page::{LiveSocket, PageBudget, ViewerPage};
+use pliant_view::page::{LiveLink, PageBudget, ViewerPage};
 
 use crate::LiveError;
 use crate::recording::{options, record};
@@ -24,11 +24,11 @@ pub(crate) struct LivePage {
 }
 
 impl LivePage {
-    /// Builds the page of the present state, which connects to `socket`.
+    /// Builds the page of the present state, which connects to `link`.
     ///
     /// # Errors
     /// The system has no temporary directory, or the recording in it cannot be written or read.
-    pub(crate) fn new(experiment: &mut Experiment, socket: &LiveSocket) -> Result<LivePage, LiveError> {
+    pub(crate) fn new(experiment: &mut Experiment, link: &LiveLink) -> Result<LivePage, LiveError> {
         let folder = ScratchFolder::new()?;
         let name = Path::new(experiment.source().name()).file_stem().unwrap_or("scene".as_ref());
         let path = folder.path().join(name).with_extension("mcap");
@@ -37,7 +37,7 @@ impl LivePage {
         record(&mut recorder, experiment)?;
         recorder.finish()?;
         let mut drawing = Drawing::without_skins(&path, experiment.source().directory())?;
-        let page = ViewerPage::live(&mut drawing, &PageBudget::default(), socket)?;
+        let page = ViewerPage::live(&mut drawing, &PageBudget::default(), link)?;
         let of_measures = |colouring: &Colouring| matches!(colouring, Colouring::Field { .. });
         let measures = drawing.colourings().into_iter().filter(of_measures);
         let measures = measures.map(|colouring| colouring.to_string()).collect();

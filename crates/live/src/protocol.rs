@@ -10,6 +10,9 @@ const MAGIC: u32 = 0x4D52_5450;
 /// Size of the header before the positions [bytes].
 const HEADER: usize = 40;
 
+/// Size limit of a command [bytes].
+const LONGEST: usize = 64 << 10;
+
 /// Message from the page.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Request {
@@ -39,6 +42,9 @@ impl Request {
     /// # Errors
     /// The command number, if any, and the error message.
     pub(crate) fn read(text: &str) -> Result<Request, (Option<u32>, String)> {
+        if text.len() > LONGEST {
+            return Err((None, format!("{} bytes are too many: {LONGEST} at most", text.len())));
+        }
         let value: Value = serde_json::from_str(text).map_err(|error| (None, format!("no JSON: {error}")))?;
         let command = value["command"].as_u64().and_then(|number| u32::try_from(number).ok());
         let Some(number) = command else {

@@ -1,9 +1,10 @@
 //! Recordings of a running scene, with their command logs.
 
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use pliant::observer::{Frame, Quantities};
-use pliant_files::durable_file;
+use pliant_files::{disk, durable_file, regular_file};
 use pliant_record::RecordError;
 use pliant_record::{MAX_LOSS, McapRecorder, Options, Recorded, RecordedOutcome, RecordedStatus};
 use pliant_scene::Channel;
@@ -35,7 +36,7 @@ impl LiveRecording {
             channels.push(Channel::State);
         }
         let log = log_of(&full);
-        if log.exists() {
+        if disk::exists(&log) {
             return Err(RecordError::Exists { path: log }.into());
         }
         let recorder = McapRecorder::create(&full, &options(experiment, channels), experiment.topology())?;
@@ -59,6 +60,19 @@ impl LiveRecording {
         Ok(())
     }
 
+    /// Content of a complete file with the frames so far. The recording goes on.
+    ///
+    /// # Errors
+    /// An error of writing or reading.
+    pub(crate) fn so_far(&mut self) -> Result<Vec<u8>, LiveError> {
+        let copy = durable_file::with_suffix(self.recorder.path(), ".copy");
+        let copied = self.recorder.copy_to(&copy).map_err(LiveError::from);
+        let read = copied.and_then(|()| content(&copy));
+        // Nothing but room is lost if it stays.
+        let _ = disk::remove_file(&copy);
+        read
+    }
+
     /// Finishes the file, and writes the log of all commands next to it.
     ///
     /// # Errors
@@ -80,6 +94,31 @@ impl LiveRecording {
         written.map_err(LiveError::system(what()))?;
         Ok(recorded)
     }
+}
+
+/// Content of a recording.
+///
+/// # Errors
+/// It cannot be read.
+pub(crate) fn content(path: &Path) -> Result<Vec<u8>, LiveError> {
+    regular_file::read(path).map_err(LiveError::system(format!("cannot read {}", path.display())))
+}
+
+/// Removes a recording and its log, if they exist.
+///
+/// # Errors
+/// They cannot be removed.
+pub(crate) fn forget(folder: &Path, path: &Path) -> Result<(), LiveError> {
+    let full = folder.join(confined(path)?);
+    for path in [log_of(&full), full] {
+        match disk::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(LiveError::system(format!("cannot remove {}", path.display()))(error));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// Path of the log of a recording.

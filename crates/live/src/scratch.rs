@@ -2,21 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
+use pliant_files::disk;
+
 use crate::LiveError;
-use crate::token::Token;
 
 /// Directory that is removed on drop.
 pub(crate) struct ScratchFolder(PathBuf);
 
 impl ScratchFolder {
-    /// Creates a directory with a random name in the system's temporary directory.
+    /// Creates a directory with a name of its own in the system's temporary directory.
     ///
     /// # Errors
     /// The directory cannot be created.
     pub(crate) fn new() -> Result<ScratchFolder, LiveError> {
-        let path = std::env::temp_dir().join(format!("pliant-live-{}", Token::random()?.text()));
+        let path = disk::temp_dir().join(format!("pliant-live-{}", own()?));
         let what = || format!("cannot make the temporary folder {}", path.display());
-        std::fs::create_dir(&path).map_err(LiveError::system(what()))?;
+        disk::create_dir(&path).map_err(LiveError::system(what()))?;
         Ok(ScratchFolder(path))
     }
 
@@ -25,9 +26,24 @@ impl ScratchFolder {
     }
 }
 
+/// Random text.
+///
+/// # Errors
+/// The system has no random numbers.
+#[cfg(feature = "server")]
+fn own() -> Result<String, LiveError> {
+    Ok(crate::token::Token::random()?.text().to_owned())
+}
+
+/// Number of this process: pages are made one after the other.
+#[cfg(not(feature = "server"))]
+fn own() -> Result<String, LiveError> {
+    Ok(if cfg!(target_family = "wasm") { 0 } else { std::process::id() }.to_string())
+}
+
 impl Drop for ScratchFolder {
     fn drop(&mut self) {
         // Leftovers are removed by the system.
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = disk::remove_dir_all(&self.0);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -12,7 +13,7 @@ use pliant::simulation::Snapshot;
 use pliant_record::Recorded;
 use pliant_scene::Source;
 use pliant_scene::experiment::{Experiment, ExperimentCommand};
-use pliant_view::page::LiveSocket;
+use pliant_view::page::{LiveLink, LiveSocket};
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
@@ -21,14 +22,11 @@ use crate::LiveError;
 use crate::head::{Framing, RequestHead, answer, refuse};
 use crate::outbox::{Outbox, Outgoing};
 use crate::page::LivePage;
-use crate::protocol::{self, Action, Request};
 use crate::session::{Incoming, LiveSession, LiveSettings};
 use crate::token::Token;
 
 /// Limit on waiting commands; beyond it reading pauses.
 const COMMANDS: usize = 256;
-/// Size limit of a command [bytes].
-const LONGEST: usize = 64 << 10;
 /// Size limit of a message that is read and rejected [bytes]; a longer one closes the socket.
 const LARGEST: usize = 1 << 20;
 /// Limit on simultaneous connections.
@@ -129,11 +127,12 @@ impl LiveServer {
         };
         let token = Token::random()?;
         let socket = LiveSocket { host: own.to_string(), path: format!("/{}/socket", token.text()) };
-        let LivePage { html: page, title, measures } = LivePage::new(&mut experiment, &socket)?;
+        let LivePage { html: page, title, measures } =
+            LivePage::new(&mut experiment, &LiveLink::Socket(socket.clone()))?;
         let (commands, queue) = sync_channel(COMMANDS);
         let outbox = Arc::new(Outbox::default());
         let LiveOptions { speed, paused, folder, .. } = options.clone();
-        let settings = LiveSettings { title, measures, speed, paused, folder };
+        let settings = LiveSettings { title, measures, speed, paused, folder, records_anew: false };
         let mut session = LiveSession::new(experiment, settings, Arc::clone(&outbox), queue);
         if let Some(path) = &options.record {
             session.record(path)?;
@@ -157,7 +156,7 @@ impl LiveServer {
         let LiveServer { listener, door, session } = self;
         let accepting = Arc::clone(&door);
         let accepts = std::thread::spawn(move || accept(&listener, &accepting));
-        let summary = session.run(stop);
+        let summary = run(session, stop);
         door.closed.store(true, Ordering::Relaxed);
         door.outbox.close();
         // Wakes the accepting thread; if this fails, the thread ends with the process.
@@ -167,6 +166,26 @@ impl LiveServer {
         }
         summary
     }
+}
+
+/// Runs a scene until `stop` is set.
+fn run(mut session: LiveSession, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
+    session.experiment_mut().set_stop(Some(Arc::clone(stop)));
+    // Finishes the recording with its log however the loop ends.
+    let ended = panic::catch_unwind(AssertUnwindSafe(|| {
+        while !stop.load(Ordering::Relaxed) {
+            let wait = session.wait();
+            session.turn(wait);
+        }
+    }));
+    let recording = session.end_recording();
+    if let Err(cause) = ended {
+        panic::resume_unwind(cause);
+    }
+    recording?;
+    let (experiment, recorded) = session.into_parts();
+    let (steps, state) = (experiment.log().steps, experiment.simulation().snapshot());
+    Ok(LiveSummary { source: experiment.source().clone(), steps, time: state.time, state, recorded })
 }
 
 fn accept(listener: &TcpListener, door: &Arc<Door>) {
@@ -264,26 +283,16 @@ impl Door {
         let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
         let mut socket = WebSocket::from_raw_socket(ReadHalf(stream), Role::Server, Some(config));
         while let Ok(message) = socket.read() {
-            let request = match message {
-                Message::Text(text) if text.len() <= LONGEST => Request::read(&text),
-                Message::Text(text) => {
-                    Err((None, format!("{} bytes are too many: {LONGEST} at most", text.len())))
-                }
-                Message::Binary(_) => Err((None, "a command is a text".into())),
+            let incoming = match message {
+                Message::Text(text) => Incoming::read(page, &text, &self.outbox),
+                Message::Binary(_) => Incoming { page, request: Err((None, "a command is a text".into())) },
                 Message::Ping(data) => {
                     self.outbox.pong(page, data.to_vec());
                     continue;
                 }
                 _ => continue,
             };
-            // Acknowledged immediately: the present step may take long.
-            if let Ok(Request { command, action: Action::Pause }) = &request
-                && self.outbox.page() == page
-            {
-                self.outbox.text(protocol::reply(Some(*command), None));
-            }
             // A full queue pauses reading: the page waits, and no command is lost.
-            let incoming = Incoming { page, request };
             if !self.outbox.has_room(page) || self.commands.send(incoming).is_err() {
                 return;
             }

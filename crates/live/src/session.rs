@@ -1,22 +1,21 @@
 //! Main loop of a running scene: commands, steps, frames, recordings.
 
-use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use pliant::diagnostics::Measure;
+use pliant_files::clock::Instant;
 use pliant_record::Recorded;
 use pliant_scene::experiment::{Experiment, ExperimentCommand};
 use serde_json::{Value, json};
 
+use crate::LiveError;
 use crate::outbox::Outbox;
 use crate::pace::Pace;
 use crate::protocol::{self, Action, Request};
-use crate::recording::LiveRecording;
-use crate::{LiveError, LiveSummary};
+use crate::recording::{self, LiveRecording};
 
 /// Interval between frames.
 const FRAME: Duration = Duration::from_millis(16);
@@ -41,6 +40,21 @@ pub(crate) struct LiveSettings {
     pub(crate) paused: bool,
     /// Directory that contains all recordings.
     pub(crate) folder: PathBuf,
+    /// True if a recording that ends because time goes back begins anew.
+    pub(crate) records_anew: bool,
+}
+
+impl Incoming {
+    /// Reads a text from `page`. A pause is acknowledged immediately: the present step may take long.
+    pub(crate) fn read(page: u64, text: &str, outbox: &Outbox) -> Incoming {
+        let request = Request::read(text);
+        if let Ok(Request { command, action: Action::Pause }) = &request
+            && outbox.page() == page
+        {
+            outbox.text(protocol::reply(Some(*command), None));
+        }
+        Incoming { page, request }
+    }
 }
 
 pub(crate) struct LiveSession {
@@ -108,38 +122,34 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Runs until `stop` is set.
-    ///
-    /// # Errors
-    /// The last recording cannot be written.
-    pub(crate) fn run(mut self, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
-        self.experiment.set_stop(Some(Arc::clone(stop)));
-        // Finishes the recording with its log however the loop ends.
-        let ended = panic::catch_unwind(AssertUnwindSafe(|| self.go_on(stop)));
-        let recording = self.end_recording();
-        if let Err(cause) = ended {
-            panic::resume_unwind(cause);
-        }
-        recording?;
-        let LiveSession { experiment, recorded, .. } = self;
-        let (steps, state) = (experiment.log().steps, experiment.simulation().snapshot());
-        Ok(LiveSummary { source: experiment.source().clone(), steps, time: state.time, state, recorded })
+    /// The experiment.
+    pub(crate) fn experiment(&self) -> &Experiment {
+        &self.experiment
     }
 
-    fn go_on(&mut self, stop: &AtomicBool) {
-        while !stop.load(Ordering::Relaxed) {
-            self.greet();
-            let wait = self.wait();
-            self.take_commands(wait);
-            if self.wait().is_zero() {
-                self.step(stop);
-            }
-            self.publish();
+    /// The experiment, to be stepped without a page.
+    pub(crate) fn experiment_mut(&mut self) -> &mut Experiment {
+        &mut self.experiment
+    }
+
+    /// The experiment at its end, and the completed recordings.
+    #[cfg(feature = "server")]
+    pub(crate) fn into_parts(self) -> (Experiment, Vec<Recorded>) {
+        (self.experiment, self.recorded)
+    }
+
+    /// Takes commands, waiting up to `wait` for the first, and a step if one is due; sends what is due.
+    pub(crate) fn turn(&mut self, wait: Duration) {
+        self.greet();
+        self.take_commands(wait);
+        if self.wait().is_zero() {
+            self.step();
         }
+        self.publish();
     }
 
     /// Greets a newly connected page.
-    fn greet(&mut self) {
+    pub(crate) fn greet(&mut self) {
         let page = self.outbox.page();
         if page == self.page {
             return;
@@ -154,7 +164,7 @@ impl LiveSession {
     }
 
     /// Time until the next step is due.
-    fn wait(&mut self) -> Duration {
+    pub(crate) fn wait(&mut self) -> Duration {
         if self.asked_steps > 0 {
             return Duration::ZERO;
         }
@@ -234,6 +244,7 @@ impl LiveSession {
     fn execute_in_experiment(&mut self, command: &ExperimentCommand) -> Result<(), String> {
         let goes_back = matches!(command, ExperimentCommand::Reset | ExperimentCommand::GoBack);
         // Time in a recording cannot go back.
+        let ended = self.recording.as_ref().filter(|_| goes_back).map(|recording| recording.path.clone());
         if goes_back {
             self.end_recording().map_err(|error| error.to_string())?;
         }
@@ -252,6 +263,10 @@ impl LiveSession {
             self.asked_steps = 0;
             self.restart_pace();
         }
+        if let Some(path) = ended.filter(|_| self.settings.records_anew) {
+            recording::forget(&self.settings.folder, &path).map_err(|error| error.to_string())?;
+            self.record(&path).map_err(|error| error.to_string())?;
+        }
         Ok(())
     }
 
@@ -266,7 +281,7 @@ impl LiveSession {
         self.pace.restart(self.experiment.simulation().state().time);
     }
 
-    fn step(&mut self, stop: &AtomicBool) {
+    fn step(&mut self) {
         self.asked_steps = self.asked_steps.saturating_sub(1);
         if self.experiment.step() {
             let recorded =
@@ -276,14 +291,30 @@ impl LiveSession {
                 self.recording = None;
                 self.outbox.text(protocol::reply(None, Some(&error.to_string())));
             }
-        } else if !stop.load(Ordering::Relaxed) {
+        } else if !self.experiment.simulation().system().is_stopped() {
             (self.paused, self.asked_steps, self.state_is_due) = (true, 0, true);
         }
         self.frame_is_due = true;
         self.state_is_due |= self.paused && self.asked_steps == 0;
     }
 
-    fn end_recording(&mut self) -> Result<(), LiveError> {
+    /// Content of a complete file: that of the active recording so far, or else the last one.
+    ///
+    /// # Errors
+    /// There is none; an error of writing or reading.
+    pub(crate) fn recorded(&mut self) -> Result<Vec<u8>, LiveError> {
+        match (&mut self.recording, self.recorded.last()) {
+            (Some(recording), _) => recording.so_far(),
+            (None, Some(recorded)) => recording::content(&recorded.path),
+            (None, None) => Err(LiveError::NothingRecorded),
+        }
+    }
+
+    /// Finishes the recording, if one is active.
+    ///
+    /// # Errors
+    /// A write error.
+    pub(crate) fn end_recording(&mut self) -> Result<(), LiveError> {
         if let Some(recording) = self.recording.take() {
             self.recorded.push(recording.end(&self.experiment)?);
         }
@@ -291,7 +322,7 @@ impl LiveSession {
     }
 
     /// Sends frames and states that are due.
-    fn publish(&mut self) {
+    pub(crate) fn publish(&mut self) {
         if self.page == 0 {
             return;
         }

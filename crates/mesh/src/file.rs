@@ -20,6 +20,7 @@ use super::signature::{foreign, recognised};
 use super::tokens::FileFault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, abaqus, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
+use pliant_files::{disk, regular_file};
 
 /// Limit on the named groups of one entity. Without it a short file could name `n` groups for `n` cells
 /// and require `n^2` memory.
@@ -154,7 +155,7 @@ pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mes
 /// Length of a regular file [bytes]. Pipes and devices are rejected: they may never end.
 fn length(path: &Path) -> Result<u64, MeshError> {
     let unreadable = |source| MeshError::Unreadable { path: path.to_path_buf(), source };
-    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    let metadata = disk::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
         return Err(unreadable(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
     }
@@ -217,7 +218,7 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
 /// Content of a regular file.
 fn contents(path: &Path) -> Result<Vec<u8>, MeshError> {
     length(path)?;
-    std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
+    regular_file::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
 }
 
 /// The file, and TetGen's node file or an empty path.

@@ -1,5 +1,7 @@
 //! Measures of simplices: signed volume and longest edge, safe against over- and underflow.
 
+use pliant::lanes::hypot;
+
 /// Measure of a simplex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SimplexMeasure {
@@ -36,7 +38,7 @@ fn padded(point: &[f64]) -> [f64; 3] {
 
 /// Longest of these edges of a cell [m].
 pub(super) fn longest_edge<const D: usize>(nodes: &[[f64; D]], edges: &[[usize; 2]]) -> f64 {
-    let length = |[a, b]: &[usize; 2]| (0..D).fold(0.0, |sum: f64, c| sum.hypot(nodes[*b][c] - nodes[*a][c]));
+    let length = |[a, b]: &[usize; 2]| (0..D).fold(0.0, |sum, c| hypot(sum, nodes[*b][c] - nodes[*a][c]));
     edges.iter().map(length).fold(0.0, f64::max)
 }
 

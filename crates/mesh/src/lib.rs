@@ -19,6 +19,7 @@
 use std::collections::BTreeMap;
 
 use pliant::element::CellBlock;
+use pliant::lanes::hypot;
 use pliant::topology::Skin;
 
 mod abaqus;
@@ -225,6 +226,6 @@ impl Mesh {
     /// Length of the diagonal of the bounding box [m]: the size that tolerances refer to.
     pub fn diagonal(&self) -> f64 {
         let (lower, upper) = self.bounding_box();
-        lower.iter().zip(&upper).fold(0.0_f64, |sum, (a, b)| sum.hypot(b - a))
+        lower.iter().zip(&upper).fold(0.0_f64, |sum, (a, b)| hypot(sum, b - a))
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use mcap::McapResult;
 
@@ -17,6 +17,7 @@ use super::container::CHUNK_BYTES;
 use super::frame_copy::{Batch, bytes_of};
 use super::frame_encoder::FrameEncoder;
 use pliant::observer::{Frame, Quantities};
+use pliant_files::clock::Instant;
 
 /// Bytes of frames after which a batch is handed over. Waking the thread takes about 20 us, as long as a
 /// hundred small frames.

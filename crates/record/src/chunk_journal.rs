@@ -14,6 +14,7 @@ use std::io::{self, Cursor, ErrorKind};
 use std::path::PathBuf;
 
 use mcap::records::op;
+use pliant_files::disk;
 
 use super::container::{Message, create_writer};
 use super::sink::Tail;
@@ -138,7 +139,7 @@ impl ChunkJournal {
     pub(super) fn remove(mut self) -> io::Result<()> {
         // Otherwise dropping would write to a removed file.
         self.pending.clear();
-        std::fs::remove_file(&self.path)
+        disk::remove_file(&self.path)
     }
 }
 

@@ -6,11 +6,11 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{Attachment, Channel, Compression, McapError, McapResult, WriteOptions, Writer};
+use mcap::{Attachment, Channel, McapError, McapResult, WriteOptions, Writer};
+use pliant_files::disk::File;
 
 use super::chunk_journal::ChunkJournal;
 
@@ -61,12 +61,9 @@ impl<W: Write + Seek> Container<W> {
     pub(super) fn create(stream: W, journal: Option<ChunkJournal>) -> McapResult<Self> {
         let options = WriteOptions::new()
             .library(super::LIBRARY)
-            .compression(Some(Compression::Zstd))
-            .compression_level(1)
-            // Without threads the bytes are the same on every machine.
-            .compression_threads(0)
             // Chunks are closed here, between groups, never by the writer within one.
             .chunk_size(None);
+        let options = compressed(options);
         let writer = create_writer(options, stream, &[])?;
         Ok(Container {
             writer,
@@ -266,6 +263,19 @@ fn salvage(closed_frames: u64, journal: Option<&mut ChunkJournal>) -> u64 {
 
 fn bytes_of(group: &[Message<'_>]) -> u64 {
     group.iter().map(|message| message.data.len() as u64).sum()
+}
+
+/// Options of compressed chunks.
+#[cfg(not(target_family = "wasm"))]
+fn compressed(options: WriteOptions) -> WriteOptions {
+    // Without threads the bytes are the same on every machine.
+    options.compression(Some(mcap::Compression::Zstd)).compression_level(1).compression_threads(0)
+}
+
+/// Options of chunks as they are: zstd is a library in C, which a browser does not have.
+#[cfg(target_family = "wasm")]
+fn compressed(options: WriteOptions) -> WriteOptions {
+    options.compression(None)
 }
 
 /// Writer with these channels, under their own numbers.

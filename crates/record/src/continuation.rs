@@ -11,6 +11,7 @@ use super::container::Message;
 use super::read::{recover, walk};
 use super::{McapRecorder, Options, RecordError, paths};
 use pliant::topology::Topology;
+use pliant_files::disk;
 
 /// Recording whose beginning is kept.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +79,7 @@ impl Beginning<'_> {
         let part = paths::part_of(self.path);
         let mut reason = "is not there";
         let mut best: Option<(u64, PathBuf)> = None;
-        for candidate in [&part, self.path].into_iter().filter(|path| path.exists()) {
+        for candidate in [&part, self.path].into_iter().filter(|path| disk::exists(path)) {
             let found = FrameSurvey::of(candidate, self.frames, holds_every_frame)?;
             if !self.scene_text.is_empty() && found.scene_text.as_deref() != Some(self.scene_text.as_bytes())
             {
@@ -140,7 +141,7 @@ impl Groups {
         visit: &mut dyn FnMut(&[Message<'static>]) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
         let tail = paths::tail_of(path);
-        for file in [path, &tail].into_iter().filter(|file| *file == path || file.exists()) {
+        for file in [path, &tail].into_iter().filter(|file| *file == path || disk::exists(file)) {
             walk(file, &mut |_, record| self.take(record, visit))?;
             // The tail may repeat it.
             self.hand_on(visit)?;

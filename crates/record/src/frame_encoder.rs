@@ -1,7 +1,5 @@
 //! Encoder of frames into messages, and of messages into a file.
 
-use std::fs::File;
-
 use mcap::{McapError, McapResult};
 
 use super::channels::{self, ChannelEncoder};
@@ -15,6 +13,7 @@ use super::sink::Sink;
 use super::{LogLevel, Options, attachments, log, transform};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
+use pliant_files::disk::File;
 
 /// Encoder of all channels of a recording.
 pub(super) struct FrameEncoder {

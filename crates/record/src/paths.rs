@@ -1,10 +1,11 @@
 //! File names of a recording under construction.
 
-use std::fs::{File, TryLockError};
+use std::fs::TryLockError;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::RecordError;
+use pliant_files::disk::{self, File};
 use pliant_files::durable_file;
 pub(super) use pliant_files::durable_file::{sync_directory_of, with_suffix};
 use pliant_files::regular_file;
@@ -42,7 +43,7 @@ pub(super) fn create_exclusive(path: &Path, overwrite: bool) -> Result<File, Rec
         }
         durable_file::create(path)
     } else {
-        File::create_new(path)
+        disk::create_new(path)
     };
     let file = created.map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => RecordError::LeftOver { part: path.to_owned() },

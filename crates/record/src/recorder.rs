@@ -14,11 +14,11 @@ use super::error::write_error;
 use super::frame_encoder::FrameEncoder;
 use super::outcome::{RecordedOutcome, RecordedStatus};
 use super::sink::{Sink, Tail};
-use super::{LogLevel, RecordError, paths};
+use super::{LogLevel, RecordError, paths, read};
 use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
 use pliant::topology::Topology;
-use pliant_files::durable_file;
+use pliant_files::{disk, durable_file};
 use pliant_scene::Channel;
 
 /// Content and options of a recording.
@@ -86,7 +86,7 @@ impl McapRecorder {
     /// destroy data, [`RecordError::VertexIndex`] if the topology is inconsistent,
     /// [`RecordError::Write`].
     pub fn create(path: &Path, options: &Options, topology: &Topology) -> Result<Self, RecordError> {
-        if !options.overwrite && path.exists() {
+        if !options.overwrite && disk::exists(path) {
             return Err(RecordError::Exists { path: path.to_owned() });
         }
         check(topology)?;
@@ -168,6 +168,16 @@ impl McapRecorder {
         self.note_failure(secured)
     }
 
+    /// Writes a complete file with all frames recorded so far, in place of one with that name. The recording
+    /// goes on.
+    ///
+    /// # Errors
+    /// The errors of [`secure`](Self::secure); [`RecordError::Read`].
+    pub fn copy_to(&mut self, path: &Path) -> Result<(), RecordError> {
+        self.secure()?;
+        read::copy(&self.part, path)
+    }
+
     /// Records the messages of a frame that another recorder has encoded.
     pub(super) fn replay(&mut self, group: &[Message<'_>]) -> Result<(), RecordError> {
         let replayed = self.writer.encoder().and_then(|encoder| encoder.replay(group));
@@ -230,10 +240,10 @@ impl McapRecorder {
         let Finished { stream, journal, .. } = finished;
         // Windows cannot rename an open file.
         drop(stream);
-        if !self.overwrite && self.path.exists() {
+        if !self.overwrite && disk::exists(&self.path) {
             return Err(RecordError::Exists { path: self.path });
         }
-        let named = std::fs::rename(&self.part, &self.path).and_then(|()| std::fs::metadata(&self.path));
+        let named = disk::rename(&self.part, &self.path).and_then(|()| disk::metadata(&self.path));
         let bytes = named.map_err(|error| write_error(&self.path, None, mcap::McapError::Io(error)))?.len();
         paths::sync_directory_of(&self.path);
         if let Some(journal) = journal {

@@ -1,8 +1,9 @@
 //! Files that recordings are written to.
 
 use std::fmt::Debug;
-use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
+
+use pliant_files::disk::File;
 
 /// Stream that can be synced to the disk. A trait, so that tests can simulate a full disk.
 pub(super) trait Sink: Write + Seek + Send {

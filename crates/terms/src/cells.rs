@@ -7,8 +7,9 @@ use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::{CellShapes, CellTurns, OnePointCells, PullBack};
 use pliant::material::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent};
 
-use crate::ElementSet;
+use crate::lecture::{left_out, visit};
 use crate::makers::QuadraticMaker;
+use crate::{ElementSet, IS_FOR_LECTURE};
 
 /// Cells of a kind: of first order as [`OnePointCells::new`] has them, of second order as
 /// [`Elastic::quadratic`](pliant::energy::elastic::Elastic::quadratic).
@@ -16,6 +17,9 @@ use crate::makers::QuadraticMaker;
 /// # Panics
 /// As there, and if the cells are not whole ones.
 pub fn cells(material: &MaterialSpec, kind: &CellKind, elements: &ElementSet<'_>) -> Box<dyn EnergyTerm> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     match kind.order() {
         1 => kind.visit_first(CellsMaker { material, about: None, elements }),
         _ => kind.visit_second(SecondOrderMaker { material, elements }),
@@ -33,6 +37,9 @@ pub fn change_of_cells(
     kind: &CellKind,
     elements: &ElementSet<'_>,
 ) -> Box<dyn EnergyTerm> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     match kind.order() {
         1 => kind.visit_first(CellsMaker { material, about: Some(about), elements }),
         // Linear in the energy density.
@@ -51,6 +58,9 @@ pub fn turning_cells(
     elements: &ElementSet<'_>,
     turns: &[[Mat<f64, 3>; 3]],
 ) -> Box<dyn CellTurns> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     kind.visit_first(TurningMaker { material, elements, turns })
 }
 
@@ -65,6 +75,9 @@ pub fn shaped_cells(
     elements: &ElementSet<'_>,
     viscosity: Viscosity,
 ) -> Box<dyn CellShapes> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     kind.visit_first(ShapedMaker { material, elements, viscosity })
 }
 
@@ -80,7 +93,7 @@ impl CellVisitor for ShapedMaker<'_> {
     type Output = Box<dyn CellShapes>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        self.material.visit::<D, _>(ShapedCellsMaker::<D, N> { of: self, cell })
+        visit::<D, _>(self.material, ShapedCellsMaker::<D, N> { of: self, cell })
     }
 }
 
@@ -117,7 +130,7 @@ impl CellVisitor for TurningMaker<'_> {
     type Output = Box<dyn CellTurns>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        self.material.visit::<D, _>(TurningCellsMaker::<D, N> { of: self, cell })
+        visit::<D, _>(self.material, TurningCellsMaker::<D, N> { of: self, cell })
     }
 }
 
@@ -148,7 +161,7 @@ impl CellVisitor for SecondOrderMaker<'_> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> Self::Output {
-        self.material.visit::<D, _>(QuadraticMaker::<N>(self.elements))
+        visit::<D, _>(self.material, QuadraticMaker::<N>(self.elements))
     }
 }
 
@@ -164,8 +177,8 @@ impl CellVisitor for CellsMaker<'_> {
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         let pull_back = PullBack::of(self.about.unwrap_or(self.material));
-        let about = self.about.map(|about| about.visit::<D, _>(TangentMaker));
-        self.material.visit::<D, _>(OnePointCellsMaker { elements: self.elements, cell, pull_back, about })
+        let about = self.about.map(|about| visit::<D, _>(about, TangentMaker));
+        visit::<D, _>(self.material, OnePointCellsMaker { elements: self.elements, cell, pull_back, about })
     }
 }
 

@@ -5,7 +5,8 @@ use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::points_of;
 use pliant::energy::muscle::{ActiveTension, TensionField, cell_fibres, simplex_fibres};
 
-use crate::whole_cells;
+use crate::lecture::left_out;
+use crate::{IS_FOR_LECTURE, whole_cells};
 
 /// Solid elements with a direction each.
 #[derive(Clone, Debug)]
@@ -40,6 +41,9 @@ impl FibreSet<'_> {
 /// # Panics
 /// If there are not as many directions as elements, or the cells are not whole ones.
 pub fn muscle(fibres: FibreSet<'_>, tension: TensionField) -> Box<dyn EnergyTerm> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     assert_eq!(fibres.cells.len(), fibres.nodes * fibres.directions.len(), "a direction for each element");
     match (fibres.kind, fibres.dimension, fibres.nodes) {
         (Some(kind), ..) => kind.visit(CellMuscleMaker { fibres, tension }),

@@ -4,7 +4,8 @@ use pliant::dissipation::{DissipativeTerm, StrainRate, Viscosity};
 use pliant::element::{CellKind, CellVisitor, Isoparametric};
 use pliant::energy::elastic::{flattened, points_of};
 
-use crate::whole_cells;
+use crate::lecture::left_out;
+use crate::{IS_FOR_LECTURE, whole_cells};
 
 /// Elements that dissipate: their body, vertices and rest positions.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,9 @@ pub fn viscous_simplices(
     order: usize,
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
+    if IS_FOR_LECTURE && order != 1 {
+        left_out();
+    }
     match (set.dimension, order) {
         (2, 1) => viscous_points::<2, 3>(viscosity, set),
         (2, _) => viscous_points::<2, 6>(viscosity, set),
@@ -50,6 +54,9 @@ fn viscous_points<const D: usize, const N: usize>(
 /// # Panics
 /// If the cells are not whole ones.
 pub fn viscous_membrane(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     let ViscousSet { body, cells, rest, .. } = *set;
     let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
     Box::new(StrainRate::<3, 3, _>::points(body, viscosity, whole_cells(cells), rest, shape))
@@ -79,6 +86,9 @@ pub fn change_of_viscous_cells(
     kind: &CellKind,
     set: &ViscousSet<'_>,
 ) -> Box<dyn DissipativeTerm> {
+    if IS_FOR_LECTURE {
+        left_out();
+    }
     let about = (about != Viscosity::default()).then_some(about);
     match kind.order() {
         1 => kind.visit_first(ViscousCellsMaker { viscosity, about, set }),

@@ -68,18 +68,18 @@ pub fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
         if norm == 0.0 || !norm.is_finite() {
             return norm;
         }
-        logarithm += weight * norm.ln();
+        logarithm += weight * libm::log(norm);
         weight *= 0.5;
         a.iter_mut().flatten().for_each(|e| *e /= norm);
         let product = |i: usize, j: usize| (0..n).fold(c64::new(0.0, 0.0), |sum, k| sum + a[i][k] * a[k][j]);
         a = (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect();
     }
-    logarithm.exp()
+    libm::exp(logarithm)
 }
 
 /// `|z|`.
 pub fn modulus(z: c64) -> f64 {
-    z.re.hypot(z.im)
+    crate::lanes::hypot(z.re, z.im)
 }
 
 /// Computes the spectral radius of one step of `method` on a mode with `z = h omega` and a mode without
@@ -90,7 +90,7 @@ pub fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 
     for column in 0..4 {
         let mut system = System::new(2, vec![1.0]);
         system.add_term(Box::new(UnitOscillator { free_from: 1, ..UnitOscillator::default() }));
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         system.add_dissipation(Box::new(Dashpot {
             constant: damping / z,
             along: [sin, cos],

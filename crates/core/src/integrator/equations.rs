@@ -45,7 +45,7 @@ pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f
 /// `(1 - exp(-z))/z`: velocity that a constant force produces in one step under drag at the rate `z` per
 /// step, as a fraction of that without drag.
 pub(super) fn exact_response(z: f64) -> f64 {
-    -(-z).exp_m1() / z
+    -libm::expm1(-z) / z
 }
 
 /// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`. Sets

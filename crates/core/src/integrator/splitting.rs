@@ -13,7 +13,7 @@
 
 use super::Integrator;
 use super::equations::exact_response;
-use crate::lanes::Numbers;
+use crate::lanes::{Numbers, exp};
 use crate::pass::{KickDrift, PassResult};
 use crate::solver::StepFault;
 use crate::state::State;
@@ -96,7 +96,7 @@ fn kick_under_drag(drag: f64, time: f64) -> KickDrift {
         return KickDrift { kick: time, ..KickDrift::NOTHING };
     }
     let decay = -drag * time;
-    KickDrift { drag: decay.exp(), kick: -decay.exp_m1() / drag, ..KickDrift::NOTHING }
+    KickDrift { drag: exp(decay), kick: -libm::expm1(decay) / drag, ..KickDrift::NOTHING }
 }
 
 impl Integrator for Splitting {

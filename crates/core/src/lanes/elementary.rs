@@ -88,6 +88,43 @@ pub fn powf<R: Real>(x: R, a: R) -> R {
     x.powf(a)
 }
 
+/// `sqrt(x^2 + y^2)`, at most 1 ulp from the exact value; infinite if either number is, else NaN if either is.
+///
+/// That of the C library differs between its versions. The method is algorithm 5 of Borges 2020, *An improved
+/// algorithm for hypot(a,b)*, ACM TOMS 47(1): the root, corrected by the error of its square.
+pub fn hypot(x: f64, y: f64) -> f64 {
+    let scale = 2f64.powi(600);
+    let (x, y) = (x.abs(), y.abs());
+    if x.is_infinite() || y.is_infinite() {
+        return f64::INFINITY;
+    }
+    let (long, short) = if x < y { (y, x) } else { (x, y) };
+    // The shorter side is half an ulp of the longer one at most, or there is a NaN.
+    if short <= long * 2f64.powi(-54) || short.is_nan() || long.is_nan() {
+        return long + short;
+    }
+    if long > 2f64.powi(511) {
+        return corrected_root(long / scale, short / scale) * scale;
+    }
+    if short < 2f64.powi(-459) {
+        return corrected_root(long * scale, short * scale) / scale;
+    }
+    corrected_root(long, short)
+}
+
+/// `sqrt(long^2 + short^2)` where no square overflows or underflows.
+fn corrected_root(long: f64, short: f64) -> f64 {
+    let root = (long * long + short * short).sqrt();
+    let error = if root <= 2.0 * short {
+        let beyond = root - short;
+        long * (2.0 * beyond - long) + (beyond - 2.0 * (long - short)) * beyond
+    } else {
+        let beyond = root - long;
+        2.0 * beyond * (long - 2.0 * short) + ((4.0 * beyond - short) * short + beyond * beyond)
+    };
+    root - error / (2.0 * root)
+}
+
 /// The angle of the point `(x, y)`, in `(-pi, pi]`, to about 2 ulp; 0 at the origin.
 ///
 /// NaN for NaN. The method is fdlibm's `s_atan.c` on the quotient of the smaller by the larger coordinate:

@@ -26,6 +26,7 @@ mod avx2;
 mod avx512;
 mod dispatch;
 mod elementary;
+mod fused;
 mod half;
 #[cfg(target_arch = "aarch64")]
 mod neon;
@@ -39,7 +40,8 @@ mod spread;
 
 pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
 pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_at, dispatch_compact, level};
-pub use elementary::{atan2, exp, ln, powf};
+pub use elementary::{atan2, exp, hypot, ln, powf};
+pub use fused::mul_add;
 pub use half::{HALF, HalfPack, PortableHalf};
 pub use pages::{filled, with_room};
 pub use pair::Pair;

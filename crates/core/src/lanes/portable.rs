@@ -1,12 +1,13 @@
 //! The pack in plain code, for every processor.
 //!
 //! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is
-//! slow: the bits are the same everywhere, the speed is not.
+//! slow: the bits are the same everywhere, the speed is not. WebAssembly has one of its own (`fused`).
 //!
 //! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its
 //! operations are calls there, not inlined: eight scalar instructions for each would make every kernel huge,
-//! and compiling them slow, for hardly any machine. Elsewhere it is the main path, and is inlined and
-//! vectorised.
+//! and compiling them slow, for hardly any machine. In WebAssembly, where it is the only path, they are calls
+//! too: what browsers load is to be small, and most of the time goes into fused multiply-adds. Elsewhere it is
+//! the main path, and is inlined and vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -27,8 +28,14 @@ macro_rules! binary {
     ($pack:ident, $zero:expr, $trait:ident, $method:ident) => {
         impl $trait for $pack {
             type Output = Self;
-            #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-            #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+            #[cfg_attr(
+                any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"),
+                inline(never)
+            )]
+            #[cfg_attr(
+                not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+                inline(always)
+            )]
             fn $method(self, o: Self) -> Self {
                 let mut r = [$zero; WIDTH];
                 for l in 0..WIDTH {
@@ -60,8 +67,11 @@ macro_rules! lanewise {
 
 impl Neg for Portable {
     type Output = Self;
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn neg(self) -> Self {
         lanewise!(Neg::neg, self)
     }
@@ -81,23 +91,35 @@ impl Mask for PortableMask {
 impl Compared for Portable {
     type Mask = PortableMask;
 
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn abs(self) -> Self {
         lanewise!(f64::abs, self)
     }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn max(self, o: Self) -> Self {
         lanewise!(Compared::max, self, o)
     }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn copysign(self, sign: Self) -> Self {
         lanewise!(f64::copysign, self, sign)
     }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn lt(self, o: Self) -> PortableMask {
         let mut r = [false; WIDTH];
         for l in 0..WIDTH {
@@ -105,8 +127,11 @@ impl Compared for Portable {
         }
         PortableMask(r)
     }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn select(mask: PortableMask, a: Self, b: Self) -> Self {
         let mut r = b.0;
         for l in 0..WIDTH {
@@ -119,8 +144,11 @@ impl Compared for Portable {
 }
 
 impl Elementary for Portable {
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn sqrt(self) -> Self {
         lanewise!(f64::sqrt, self)
     }
@@ -139,9 +167,15 @@ impl Scalar for Portable {
     fn splat(x: f64) -> Self {
         Portable([x; WIDTH])
     }
-    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
-    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"), inline(never))]
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")),
+        inline(always)
+    )]
     fn mul_add(self, b: Self, c: Self) -> Self {
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        return Portable(super::fused::mul_add_packs(&self.0, &b.0, &c.0));
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
         lanewise!(f64::mul_add, self, b, c)
     }
 }
@@ -167,7 +201,7 @@ impl Real for Portable {
 
 impl Lanes for Portable {
     const PAIRS_PAY: bool = false;
-    const BY_LANE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+    const BY_LANE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32"));
     type Half = PortableHalf;
 
     #[inline(always)]

@@ -1,10 +1,12 @@
 //! Scratch rows: the local copy of vertex positions or forces that packs gather from and add to.
 #![allow(unsafe_code)]
 
-use std::alloc::{Layout, handle_alloc_error};
 use std::ops::{Deref, DerefMut};
 
-use memmap2::MmapMut;
+#[cfg(target_family = "wasm")]
+use allocated::AllocatedMemory as Memory;
+#[cfg(not(target_family = "wasm"))]
+use mapped::MappedMemory as Memory;
 
 /// One row for every `u16`.
 const CAPACITY: usize = 1 << 16;
@@ -16,9 +18,10 @@ const LENGTH: usize = 4 * CAPACITY;
 /// Pages are allocated as rows are first written, so a buffer whose first 500 rows are in use occupies 16 kB,
 /// not the 2 MB it may grow to. The pages are requested from the system itself: an allocator would clear
 /// memory that was freed before, tens of megabytes after a mesh has been read, and keep it from then on.
-/// then on.
+///
+/// Where the system has no pages to give (WebAssembly), an allocator provides the whole buffer at once.
 pub struct Rows<const D: usize> {
-    memory: MmapMut,
+    memory: Memory,
 }
 
 impl<const D: usize> Rows<D> {
@@ -36,14 +39,78 @@ impl<const D: usize> Rows<D> {
     /// # Panics
     /// Ends the program, as any allocation does, if the system has no address space left.
     pub fn new() -> Self {
-        let Ok(memory) = MmapMut::map_anon(Self::BYTES) else {
-            handle_alloc_error(Layout::new::<RowSlice<D>>())
-        };
-        // A huge page would back all of a buffer of which little is in use.
-        #[cfg(target_os = "linux")]
-        let _ = memory.advise(memmap2::Advice::NoHugePage);
+        let memory = Memory::new(Self::BYTES);
         assert!(memory.len() >= Self::BYTES && memory.as_ptr().cast::<RowSlice<D>>().is_aligned());
         Rows { memory }
+    }
+}
+
+/// Zeroed memory of the system.
+#[cfg(not(target_family = "wasm"))]
+mod mapped {
+    use std::alloc::{Layout, handle_alloc_error};
+
+    use memmap2::MmapMut;
+
+    pub(super) struct MappedMemory(MmapMut);
+
+    impl MappedMemory {
+        pub(super) fn new(bytes: usize) -> Self {
+            let Ok(memory) = MmapMut::map_anon(bytes) else {
+                handle_alloc_error(Layout::array::<u8>(bytes).unwrap_or(Layout::new::<u8>()))
+            };
+            // A huge page would back all of a buffer of which little is in use.
+            #[cfg(target_os = "linux")]
+            let _ = memory.advise(memmap2::Advice::NoHugePage);
+            MappedMemory(memory)
+        }
+
+        pub(super) fn len(&self) -> usize {
+            self.0.len()
+        }
+
+        #[inline(always)]
+        pub(super) fn as_ptr(&self) -> *const u8 {
+            self.0.as_ptr()
+        }
+
+        #[inline(always)]
+        pub(super) fn as_mut_ptr(&mut self) -> *mut u8 {
+            self.0.as_mut_ptr()
+        }
+    }
+}
+
+/// Zeroed memory of the allocator.
+#[cfg(target_family = "wasm")]
+mod allocated {
+    /// A cache line; its alignment suits packs.
+    #[derive(Clone, Copy)]
+    #[repr(C, align(64))]
+    struct CacheLine([u64; 8]);
+
+    pub(super) struct AllocatedMemory(Box<[CacheLine]>);
+
+    impl AllocatedMemory {
+        pub(super) fn new(bytes: usize) -> Self {
+            AllocatedMemory(
+                vec![CacheLine([0; 8]); bytes.div_ceil(size_of::<CacheLine>())].into_boxed_slice(),
+            )
+        }
+
+        pub(super) fn len(&self) -> usize {
+            size_of_val(&*self.0)
+        }
+
+        #[inline(always)]
+        pub(super) fn as_ptr(&self) -> *const u8 {
+            self.0.as_ptr().cast()
+        }
+
+        #[inline(always)]
+        pub(super) fn as_mut_ptr(&mut self) -> *mut u8 {
+            self.0.as_mut_ptr().cast()
+        }
     }
 }
 

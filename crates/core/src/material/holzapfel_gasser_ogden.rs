@@ -137,7 +137,7 @@ impl DispersedFibres {
     /// Returns two directions at `angle` [rad] to either side of the first axis, in the plane of the
     /// first two.
     pub fn pair(angle: f64) -> Vec<Vec<f64>> {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         vec![vec![cos, sin, 0.0], vec![cos, -sin, 0.0]]
     }
 

@@ -234,7 +234,7 @@ impl<const D: usize> Levels<D> {
         let most = most.min(MULTIGRID_ITERATIONS);
         let report = cg.solve(product, preconditioner, right, solution, tolerance, most);
         // Mark the levels as worn out if this solve took too many iterations.
-        let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
+        let (count, gained) = (report.iterations as f64, -libm::log(report.relative_residual));
         let first = *first_rate.get_or_insert(count / gained);
         let worn_out = count > WORN_OUT * first * gained + 1.0;
         if worn_out || report.end != CgEnd::Converged {

@@ -7,6 +7,7 @@ use crate::Mesh;
 use crate::MeshError;
 use crate::file::FileMesh;
 use crate::spec::FileSpec;
+use pliant::lanes::hypot;
 
 pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.merge.is_some(),
@@ -86,5 +87,5 @@ impl Buckets<'_> {
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0_f64, |sum, (a, b)| sum.hypot(a - b))
+    a.iter().zip(b).fold(0.0_f64, |sum, (a, b)| hypot(sum, a - b))
 }

@@ -28,6 +28,7 @@ pub(super) fn unpacked(header: &ChunkHeader, data: &[u8]) -> McapResult<Vec<u8>>
     })?;
     let content = match header.compression.as_str() {
         "" => data.to_vec(),
+        #[cfg(not(target_family = "wasm"))]
         "zstd" => zstd::bulk::decompress(data, size)
             .map_err(|error| McapError::DecompressionError(error.to_string()))?,
         other => return Err(McapError::UnsupportedCompression(other.to_owned())),

@@ -15,6 +15,7 @@ use crate::channels::last_of_frame;
 use crate::clock::seconds;
 use crate::outcome::{OUTCOME, RecordedOutcome};
 use crate::paths;
+use pliant_files::disk;
 
 /// Summary of a file. Everything specific to files of this program is optional.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,7 +90,7 @@ pub struct AttachmentSummary {
 /// inconsistent.
 pub fn info(path: &Path) -> Result<FileInfo, RecordError> {
     // A recorder that was only dropped leaves a file with an end, but its last frames are in the tail.
-    let has_tail = std::fs::metadata(paths::tail_of(path)).is_ok_and(|tail| tail.len() > 0);
+    let has_tail = disk::metadata(paths::tail_of(path)).is_ok_and(|tail| tail.len() > 0);
     let gathered = match RecordingFile::open(path)? {
         Some(source) if !has_tail => from_summary(source)?,
         _ => from_records(path)?,
@@ -142,7 +143,7 @@ fn from_summary(mut source: RecordingFile) -> Result<GatheredInfo, RecordError> 
 
 fn from_records(path: &Path) -> Result<GatheredInfo, RecordError> {
     let tail = paths::tail_of(path);
-    let size = |path: &Path| std::fs::metadata(path).map_or(0, |metadata| metadata.len());
+    let size = |path: &Path| disk::metadata(path).map_or(0, |metadata| metadata.len());
     let mut gathered = GatheredInfo {
         bytes: size(path) + size(&tail),
         state: FileState::Unfinished,

@@ -14,6 +14,7 @@ mod walk;
 
 pub use bodies::{RecordedBodies, RecordedBody, RecordedSkin};
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
+pub(crate) use rescue::copy;
 pub use rescue::{Recovered, discard, recover};
 pub use tables::Column;
 pub use trajectory::{RecordedRows, Trajectory, in_space};

@@ -1,7 +1,6 @@
 //! Complete file: its index, and its records by position.
 
 use std::borrow::Cow;
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +14,7 @@ use super::walk::{Visit, WalkStop, visit_all};
 use crate::RecordError;
 use crate::clock::seconds;
 use crate::error::read_error;
+use pliant_files::disk::File;
 use pliant_files::regular_file;
 
 /// A complete file.

@@ -1,7 +1,6 @@
 //! Recovery: a complete file from the remains of a killed run.
 
 use std::collections::{HashMap, HashSet};
-use std::fs::File;
 use std::io::BufWriter;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -20,7 +19,16 @@ use crate::error::write_error;
 use crate::outcome::{OUTCOME, RecordedOutcome, RecordedStatus};
 use crate::paths;
 use crate::sink::Sink;
+use pliant_files::disk::{self, File};
 use pliant_files::regular_file;
+
+/// Outcome of a run that left none.
+const KILLED: (RecordedStatus, &str) =
+    (RecordedStatus::Recovered, "the run was killed; these are the frames that it had recorded");
+
+/// Outcome in a copy of a recording that goes on.
+const ACTIVE: (RecordedStatus, &str) =
+    (RecordedStatus::Interrupted, "the run went on; these are the frames that it had recorded");
 
 /// Result of a recovery.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -51,7 +59,7 @@ pub struct Recovered {
 /// `overwrite`; [`RecordError::NotMcap`] if `part` is not MCAP; [`RecordError::Read`],
 /// [`RecordError::Write`].
 pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, RecordError> {
-    if out.exists() && !overwrite {
+    if disk::exists(out) && !overwrite {
         return Err(RecordError::Exists { path: out.to_owned() });
     }
     let mut source =
@@ -62,22 +70,33 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
     // that was itself killed.
     let temporary = paths::with_suffix(out, ".recovering");
     let file = paths::create_exclusive(&temporary, true)?;
-    let rescued = rescue(part, file, &temporary);
+    let rescued = rescue(part, file, &temporary, KILLED);
     let (frames, last_time, skipped) = rescued.inspect_err(|_| {
         // Removes the incomplete result. If this fails, the next recovery overwrites it.
-        let _ = std::fs::remove_file(&temporary);
+        let _ = disk::remove_file(&temporary);
     })?;
-    let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
+    let renamed = disk::rename(&temporary, out).and_then(|()| disk::metadata(out));
     let bytes = renamed.map_err(|error| write_error(out, None, McapError::Io(error)))?.len();
     paths::sync_directory_of(out);
     Ok(Recovered { path: out.to_owned(), frames, last_time, bytes, skipped })
 }
 
+/// Writes a complete file with everything that an active recorder has written to `part` and its tail.
+pub(crate) fn copy(part: &Path, out: &Path) -> Result<(), RecordError> {
+    let file = paths::create_exclusive(out, true)?;
+    rescue(part, file, out, ACTIVE).map(|_| ())
+}
+
 /// Copies everything; returns the number of frames, the time of the last one and the damaged parts.
-fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<String>), RecordError> {
+fn rescue(
+    part: &Path,
+    file: File,
+    temporary: &Path,
+    ending: (RecordedStatus, &'static str),
+) -> Result<(u64, f64, Vec<String>), RecordError> {
     let stream = BufWriter::with_capacity(1 << 16, file);
     let container = Container::create(stream, None).map_err(|error| write_error(temporary, None, error))?;
-    let mut rescue = Rescue::new(container, temporary);
+    let mut rescue = Rescue::new(container, temporary, ending);
     let mut skipped = Vec::new();
     let mut seen = HashSet::new();
     let fault = walk(part, &mut |offset, record| {
@@ -93,7 +112,7 @@ fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64, Vec<St
         }
     }
     let tail = paths::tail_of(part);
-    if tail.exists() {
+    if disk::exists(&tail) {
         walk(&tail, &mut |_, record| rescue.take(record).map(|()| ControlFlow::Continue(())))?;
     }
     let (frames, last_time) = rescue.end()?;
@@ -109,8 +128,8 @@ pub fn discard(part: &Path) -> Result<(), RecordError> {
     let failed = |source| RecordError::Write { path: part.to_owned(), frame: None, source };
     let file = File::open(part).map_err(failed)?;
     paths::ensure_unlocked(&file, part)?;
-    std::fs::remove_file(part).map_err(failed)?;
-    match std::fs::remove_file(paths::tail_of(part)) {
+    disk::remove_file(part).map_err(failed)?;
+    match disk::remove_file(paths::tail_of(part)) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(failed(error)),
         _ => Ok(()),
     }
@@ -134,10 +153,16 @@ struct Rescue<'a> {
     last_time: u64,
     step: Option<u64>,
     has_outcome: bool,
+    /// Status and message of a run without an outcome.
+    ending: (RecordedStatus, &'static str),
 }
 
 impl<'a> Rescue<'a> {
-    fn new(container: Container<BufWriter<File>>, path: &'a Path) -> Self {
+    fn new(
+        container: Container<BufWriter<File>>,
+        path: &'a Path,
+        ending: (RecordedStatus, &'static str),
+    ) -> Self {
         Rescue {
             container,
             path,
@@ -150,6 +175,7 @@ impl<'a> Rescue<'a> {
             last_time: 0,
             step: None,
             has_outcome: false,
+            ending,
         }
     }
 
@@ -249,13 +275,8 @@ impl<'a> Rescue<'a> {
         let failed = |error| write_error(path, None, error);
         self.container.add_channels(&self.announced).map_err(failed)?;
         if !self.has_outcome {
-            let message = "the run was killed; these are the frames that it had recorded".to_owned();
-            let outcome = RecordedOutcome {
-                status: RecordedStatus::Recovered,
-                step: self.step,
-                time: last_time,
-                message,
-            };
+            let (status, message) = (self.ending.0, self.ending.1.to_owned());
+            let outcome = RecordedOutcome { status, step: self.step, time: last_time, message };
             self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
         }
         let mut finished = self.container.finish().map_err(|(error, _)| failed(error))?;

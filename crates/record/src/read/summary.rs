@@ -1,12 +1,12 @@
 //! Index at the end of a complete file.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 
 use mcap::records::{self, Record, op};
 use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary};
+use pliant_files::disk::File;
 
 use super::chunk::{RECORD_HEADER, first_record};
 use super::lengths::parsed;

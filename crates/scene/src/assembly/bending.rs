@@ -184,7 +184,7 @@ fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> S
     let angle = angle.unwrap_or_else(|| HingeAngle::deviation(&x, &[1.0, 0.0]).0);
     StencilConstants {
         stiffness: stiffness * distance(&x[0], &x[1]).powi(2) / (area(2) + area(3)),
-        rest: [angle.cos(), angle.sin()],
+        rest: [libm::cos(angle), libm::sin(angle)],
     }
 }
 
@@ -201,6 +201,6 @@ fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> S
     };
     StencilConstants {
         stiffness: 2.0 * stiffness / (distance(point(0), point(1)) + distance(point(1), point(2))),
-        rest: [angle.map_or_else(measured, |angle| 2.0 * (0.5 * angle).tan()), 0.0],
+        rest: [angle.map_or_else(measured, |angle| 2.0 * libm::tan(0.5 * angle)), 0.0],
     }
 }

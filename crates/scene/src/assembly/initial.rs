@@ -6,6 +6,7 @@ use crate::OneOrMany;
 use crate::PositionSpec;
 use crate::Problem;
 use crate::VelocitySpec;
+use pliant::lanes::hypot;
 use pliant::quantity::counted;
 use pliant_mesh::Mesh;
 
@@ -88,7 +89,7 @@ pub(super) fn velocities(
             let mut v = vec![0.0; n * d];
             for i in 0..n {
                 let (x, y) = (mesh.point(i)[0] - centre[0], mesh.point(i)[1] - centre[1]);
-                let r = x.hypot(y);
+                let r = hypot(x, y);
                 if r > 0.0 {
                     v[i * d] = -tangential.speed * y / r;
                     v[i * d + 1] = tangential.speed * x / r;

@@ -14,6 +14,7 @@ mod features;
 mod formulas;
 mod gravity;
 mod initial;
+mod left_out;
 mod loads;
 mod locking;
 mod mass;
@@ -115,6 +116,7 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
+    left_out::check(scene, &bodies)?;
     let jumps = pins::jumps_at_start(&bodies, D);
     if !jumps.is_empty() {
         return Err(jumps);

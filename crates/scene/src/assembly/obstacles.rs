@@ -73,7 +73,7 @@ fn mesh(dimension: usize, shape: &ObstacleShape) -> MeshSpec {
         ObstacleShape::Ball(ball) => {
             let corner = |i: usize| {
                 let angle = std::f64::consts::TAU * i as f64 / CORNERS as f64;
-                let (sin, cos) = angle.sin_cos();
+                let (sin, cos) = libm::sincos(angle);
                 vec![ball.centre[0] + ball.radius * cos, ball.centre[1] + ball.radius * sin]
             };
             let centre = CORNERS as u32;
@@ -116,7 +116,7 @@ fn strip(a: [f64; 3], b: [f64; 3], radius: f64) -> MeshSpec {
     let half = CORNERS / 2;
     // From left of the axis around `a` to its right, then around `b` back.
     let around = |centre: [f64; 3], sign: f64, i: usize| {
-        let (sin, cos) = (std::f64::consts::PI * i as f64 / half as f64).sin_cos();
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * i as f64 / half as f64);
         beyond(beyond(centre, sign * radius * cos, n), -sign * radius * sin, u)
     };
     let corners = (0..=half).map(|i| around(a, 1.0, i)).chain((0..=half).map(|i| around(b, -1.0, i)));
@@ -147,9 +147,9 @@ fn capsule_in_space(a: [f64; 3], b: [f64; 3], radius: f64) -> MeshSpec {
     let mut rows = vec![beyond(a, -radius, u)];
     for ring in 0..2 * along {
         let (centre, latitude) = if ring < along { (a, ring + 1) } else { (b, ring) };
-        let (sin, cos) = (std::f64::consts::FRAC_PI_2 * latitude as f64 / along as f64).sin_cos();
+        let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_2 * latitude as f64 / along as f64);
         for i in 0..around {
-            let (sine, cosine) = (std::f64::consts::TAU * i as f64 / around as f64).sin_cos();
+            let (sine, cosine) = libm::sincos(std::f64::consts::TAU * i as f64 / around as f64);
             let middle = beyond(centre, -radius * cos, u);
             rows.push(beyond(beyond(middle, radius * sin * cosine, v), radius * sin * sine, w));
         }

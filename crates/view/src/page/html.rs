@@ -4,7 +4,7 @@ use pliant_files::base64;
 
 use serde_json::json;
 
-use super::LiveSocket;
+use super::LiveLink;
 use super::codec::deflate;
 use super::pack::Packed;
 
@@ -38,8 +38,8 @@ const MODULES: [(&str, &str); 17] = [
     ("pliant/fault", include_str!("../../page/fault.js")),
 ];
 
-/// Builds the page. A `live` page contains the path of its socket and may connect to it.
-pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
+/// Builds the page. A `live` page contains the path of its socket and may connect to it, or waits for a port.
+pub(super) fn html(packed: &Packed, live: Option<&LiveLink>) -> String {
     let head = deflate(packed.head.to_string().as_bytes());
     let mut data = block("data", "head", &head);
     packed.blocks.iter().for_each(|(name, bytes)| data.push_str(&block("data", name, bytes)));
@@ -54,17 +54,22 @@ pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
     // Blocks are inserted last, so that nothing in them is mistaken for a placeholder of the template.
     let page = TEMPLATE.replacen("/*style*/", STYLE, 1).replacen("/*starter*/", STARTER, 1);
     let page = match live {
-        Some(socket) => page.replacen(IMAGES, &format!("{IMAGES}; connect-src ws://{}", socket.host), 1),
-        None => page,
+        Some(LiveLink::Socket(socket)) => {
+            page.replacen(IMAGES, &format!("{IMAGES}; connect-src ws://{}", socket.host), 1)
+        }
+        Some(LiveLink::Port) | None => page,
     };
     page.replacen("<!--blocks-->", &(element(live) + &modules + &data), 1)
 }
 
-/// Element with the path of the socket, which consists of letters, digits and slashes.
-fn element(live: Option<&LiveSocket>) -> String {
-    live.map_or(String::new(), |socket| {
-        let socket = json!({ "socket": socket.path });
-        format!("<script type=\"application/json\" id=\"live\">{socket}</script>\n")
+/// Element with the path of the socket, which consists of letters, digits and slashes, or `port`.
+fn element(live: Option<&LiveLink>) -> String {
+    live.map_or(String::new(), |link| {
+        let link = match link {
+            LiveLink::Socket(socket) => json!({ "socket": socket.path }),
+            LiveLink::Port => json!({ "port": true }),
+        };
+        format!("<script type=\"application/json\" id=\"live\">{link}</script>\n")
     })
 }
 

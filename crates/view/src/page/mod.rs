@@ -59,6 +59,15 @@ pub struct LiveSocket {
     pub path: String,
 }
 
+/// Connection of a page that shows a running simulation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LiveLink {
+    /// A socket.
+    Socket(LiveSocket),
+    /// A `MessagePort` that the page receives from the window around it.
+    Port,
+}
+
 impl ViewerPage {
     /// Packs a recording. If it is too large, frames are dropped evenly until it fits; if two frames are
     /// too many, colourings are dropped.
@@ -69,22 +78,22 @@ impl ViewerPage {
         ViewerPage::packed(drawing, budget, None)
     }
 
-    /// Packs the present state of a simulation that runs behind `socket`; `drawing` has that state.
+    /// Packs the present state of a simulation that runs behind `link`; `drawing` has that state.
     ///
     /// # Errors
     /// The recording cannot be read.
     pub fn live(
         drawing: &mut Drawing,
         budget: &PageBudget,
-        socket: &LiveSocket,
+        link: &LiveLink,
     ) -> Result<ViewerPage, DrawError> {
-        ViewerPage::packed(drawing, budget, Some(socket))
+        ViewerPage::packed(drawing, budget, Some(link))
     }
 
     fn packed(
         drawing: &mut Drawing,
         budget: &PageBudget,
-        live: Option<&LiveSocket>,
+        live: Option<&LiveLink>,
     ) -> Result<ViewerPage, DrawError> {
         let frame_count = drawing.times().len();
         let mut colourings = drawing.colourings();

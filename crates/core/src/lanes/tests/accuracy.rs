@@ -151,6 +151,30 @@ fn powf_has_the_documented_error() {
     }
 }
 
+/// The exact root is that of `x^2 + y^2` in twice the precision.
+#[test]
+fn hypot_is_within_one_ulp() {
+    let mut worst = 0.0_f64;
+    for i in 0..100_000 {
+        let x = 1.0 + f64::from(i) * 1.1e-5;
+        let y = x * (f64::from(i % 997) * 0.37).exp2() * 2f64.powi(-370);
+        let square = Double(x, 0.0).mul(Double(x, 0.0)).add(Double(y, 0.0).mul(Double(y, 0.0)));
+        let root = square.0.sqrt();
+        let rest = square.add(Double(root, 0.0).mul(Double(-root, 0.0)));
+        worst = worst.max(ulps(hypot(x, y), Double::sum(root, 0.5 * (rest.0 + rest.1) / root)));
+        assert_eq!(hypot(y, -x).to_bits(), hypot(x, y).to_bits());
+        // Where squares overflow or underflow.
+        for scale in [2f64.powi(700), 2f64.powi(-700)] {
+            assert_eq!(hypot(x * scale, x * scale).to_bits(), (hypot(x, x) * scale).to_bits());
+        }
+    }
+    assert!(worst <= 1.0, "{worst}");
+    assert_eq!(hypot(3.0, -4.0), 5.0);
+    assert_eq!(hypot(f64::NAN, f64::NEG_INFINITY), f64::INFINITY);
+    assert!(hypot(0.0, f64::NAN).is_nan());
+    assert_eq!((hypot(0.0, 0.0), hypot(5e-324, 0.0), hypot(f64::MAX, 1.0)), (0.0, 5e-324, f64::MAX));
+}
+
 #[test]
 fn the_limits_are_right() {
     let ln = |x: f64| Elementary::ln(x);
