@@ -86,7 +86,8 @@ const TEXTS = {
   before: ['run before', '上一次运行'],
   limit: ['largest stable step', '最大稳定步长'],
   limitOfExplicit: ['largest stable step of symplectic Euler', '辛欧拉法的最大稳定步长'],
-  simulated: ['simulated time', '模拟时间'],
+  pullHint: ['Drag a vertex to pull it.', '拖动顶点即可拉动物体。'],
+  turnHint: ['Drag to turn the picture; shift and drag pulls a vertex.', '拖动可旋转画面；按住 Shift 拖动可拉顶点。'],
   refused: ['pliant refuses this scene', 'pliant 拒绝此场景'],
   failed: ['The run has stopped', '运行已停止'],
   english: ['', '（程序消息为英文）'],
@@ -162,7 +163,7 @@ function sayNumber(value, digits = 3) {
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) {
     const [mantissa, power] = value.toExponential(digits - 1).split('e');
     const raised = [...String(Number(power))].map(sign => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(sign)]).join('');
-    return `${Number(mantissa)}·10${raised}`;
+    return Number(mantissa) === 1 ? `10${raised}` : `${Number(mantissa)}·10${raised}`;
   }
   return String(Number(value.toPrecision(digits)));
 }
