@@ -238,10 +238,10 @@ class Shell {
 
   #showTimes() {
     const parts = [];
-    if (this.time) parts.push(`${sayTime(this.time / 1000)} ${say('timeHere')}`);
+    if (this.time) parts.push(say('timeHere').replace('{}', sayTime(this.time / 1000)));
     const native = this.name && window.pliantNative?.times[this.name];
     if (this.time && native) {
-      parts.push(`${sayTime(native / 1000)} ${say('timeNative')}`);
+      parts.push(say('timeNative').replace('{}', sayTime(native / 1000)));
       const { machine, threads } = pliantNative;
       by('times').title = `${say('nativeHint')} ${machine}, ${threads} ${say('threads')}`;
     } else by('times').title = '';

@@ -26,12 +26,12 @@ const TEXTS = {
   drop: ['Drop a scene or meshes', '松开以载入场景或网格'],
   unknownFile: ['is not a scene or a mesh that pliant reads', '不是 pliant 能读取的场景或网格'],
   remove: ['remove', '移除'],
-  download: ['Download recording', '下载记录'],
+  download: ['Download', '下载记录'],
   downloadHint: [
     'The run so far as an MCAP file, for `pliant view` and `pliant info`',
     '把目前为止的运行保存为 MCAP 文件，可用 pliant view 和 pliant info 打开',
   ],
-  theme: ['Theme', '明暗'],
+  theme: ['Theme', '主题'],
   language: ['中文', 'English'],
   loading: ['Loading the simulator', '正在载入模拟器'],
   opening: ['Assembling the scene', '正在组装场景'],
@@ -45,14 +45,13 @@ const TEXTS = {
   close: ['Close', '关闭'],
   trap: ['The simulator stopped (a defect of pliant)', '模拟器意外停止（pliant 的缺陷）'],
   tryAgain: ['Run again to start a new one.', '再次运行即可重新启动。'],
-  timeHere: ['a step here', '每步（浏览器）'],
-  timeNative: ['native', '每步（本机程序）'],
+  timeHere: ['{} a step here', '浏览器中每步 {}'],
+  timeNative: ['{} in the native program', '本机程序每步 {}'],
   nativeHint: [
     'Measured when this site was made, with the native program on',
     '制作本网站时用本机程序测得，处理器：',
   ],
   threads: ['threads', '线程'],
-  noNative: ['no native time for this scene', '此场景没有本机程序的用时'],
   limits: ['One thread, no AVX', '单线程，无 AVX'],
   limitsHint: [
     'The browser runs the same program on one thread and without AVX. Positions have the same bits as those ' +

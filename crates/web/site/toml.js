@@ -36,14 +36,14 @@ function colouredToml(line) {
   return parts;
 }
 
-/** Text of a scene that is only shown; lines that differ from `before` are marked. */
+/** Text of a scene that is only shown; lines that `before` does not have are marked. */
 function showToml(place, text, before = text) {
-  const old = before.split('\n');
+  const old = new Set(before.split('\n'));
   place.replaceChildren(
-    ...text.split('\n').map((line, k) => {
+    ...text.split('\n').map(line => {
       const row = document.createElement('div');
       row.className = 'toml-line';
-      row.classList.toggle('changed', line !== old[k]);
+      row.classList.toggle('changed', !old.has(line));
       row.append(colouredToml(line), '\n');
       return row;
     }),

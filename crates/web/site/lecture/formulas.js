@@ -37,7 +37,7 @@ const mathElement = (name, ...content) => {
 
 class FormulaReader {
   constructor(text) {
-    this.parts = text.match(/\\[A-Za-z]+|\d+(?:\.\d+)?|[A-Za-z]|\S/g) ?? [];
+    this.parts = text.match(/\\text\{[^}]*\}|\\[A-Za-z]+|\d+(?:\.\d+)?|[A-Za-z]|\S/g) ?? [];
     this.at = 0;
   }
 
@@ -85,6 +85,7 @@ class FormulaReader {
     if (/^[A-Za-z]$/.test(part)) return mathElement('mi', part);
     if (part === '(') return this.#fenced('(', ')');
     if (part === '|') return this.#fenced('|', '|');
+    if (part.startsWith('\\text{')) return mathElement('mtext', part.slice(6, -1));
     if (part[0] !== '\\') return mathElement('mo', part === '-' ? '−' : part);
     const name = part.slice(1);
     if (LETTERS[name]) return mathElement('mi', LETTERS[name]);
@@ -92,17 +93,8 @@ class FormulaReader {
     if (FUNCTIONS.includes(name)) return mathElement('mi', name);
     if (name === 'frac') return mathElement('mfrac', this.#group(), this.#group());
     if (name === 'sqrt') return mathElement('msqrt', this.#group());
-    if (name === 'quad') return space('1.5em');
     if (ACCENTS[name]) return accented(this.#group(), ACCENTS[name]);
-    if (name === 'text') return this.#words();
     throw new Error(`a formula has the unknown name ${part}`);
-  }
-
-  #words() {
-    const words = [];
-    for (this.at++; this.parts[this.at] !== '}'; this.at++) words.push(this.parts[this.at]);
-    this.at++;
-    return mathElement('mtext', words.join(''));
   }
 }
 
@@ -112,15 +104,14 @@ function accented(base, accent) {
   return made;
 }
 
-function space(width) {
-  const made = mathElement('mspace');
-  made.setAttribute('width', width);
-  return made;
-}
-
-/** A formula of its own line. */
+/** A formula of its own line; its parts, between `\\quad`, go to further lines where there is no room. */
 function formula(text) {
-  const math = mathElement('math', new FormulaReader(text).row());
-  math.setAttribute('display', 'block');
-  return math;
+  const line = document.createElement('div');
+  line.className = 'formula';
+  for (const part of text.split('\\quad')) {
+    const math = mathElement('math', new FormulaReader(part).row());
+    math.setAttribute('displaystyle', 'true');
+    line.append(math);
+  }
+  return line;
 }

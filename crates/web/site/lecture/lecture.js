@@ -9,7 +9,8 @@ const made = (name, properties, ...content) => {
 };
 
 /** The picture alone: player, sliders and charts are those of this page. */
-const FRAME_STYLE = `header, footer, #panel, #legend { display: none !important }`;
+const FRAME_STYLE = `header, footer, #panel, #legend { display: none !important }
+#scale { left: auto; right: 10px }`;
 const SPEEDS = [0.05, 0.1, 0.2, 0.25, 0.5, 1, 2, 5, null];
 const NOTCHES = 1000;
 /** Samples above which every second one is dropped. */
@@ -150,6 +151,7 @@ class LecturePage {
     this.notice.setAttribute('role', 'alert');
     this.toml = made('pre', { className: 'toml' });
     this.theirs = made('pre', {});
+    this.formulas = made('div', {});
     this.editor = made('a', { target: '_blank', rel: 'noopener' });
     this.numbers = made('dl', {});
     this.sliders = step.sliders.map(spec => new Slider(this, spec));
@@ -178,7 +180,7 @@ class LecturePage {
         this.text(made('h1', {}), [0, 1].map(k => `${this.number} ${step.title[k]}`)),
         this.text(made('p', {}), step.lead),
       ),
-      this.#section('formulas', 'formula', ...step.formulas.map(formula)),
+      this.#section('formulas', 'formula', this.formulas),
       made('div', { className: 'run' }, live, charts),
       this.#section('tries', 'tries', made('ul', {}, ...step.tries.map(each => this.#try(each)))),
       this.#section('theirs', 'theirs', this.theirs),
@@ -270,6 +272,10 @@ class LecturePage {
     }
     document.title = `${say(this.step.title)} · pliant`;
     this.theirs.textContent = this.step.theirs(say);
+    const words = text => `\\text{${say(text)}}`;
+    this.formulas.replaceChildren(
+      ...this.step.formulas.map(text => formula(typeof text === 'function' ? text(words) : text)),
+    );
     this.speeds.replaceChildren(
       ...SPEEDS.map((speed, k) => new Option(speed === null ? say('asFast') : `${speed}×`, k)),
     );
@@ -427,7 +433,7 @@ class LecturePage {
   }
 
   #work({ steps, ms }) {
-    this.time.textContent = `${sayTime(ms / steps / 1000)} ${say('timeHere')}`;
+    this.time.textContent = say('timeHere').replace('{}', sayTime(ms / steps / 1000));
     this.time.title = say('limitsHint');
   }
 

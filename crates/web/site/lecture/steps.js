@@ -65,12 +65,13 @@ const integratorChoice = (...more) => ({
 
 // Steps 1 and 2: one mass on a spring.
 
-const SPEED = 2;
 const SPRING_VIEW = [
   [-0.1, -0.4, 0],
   [1.9, 0.4, 0],
 ];
 const omega = ({ stiffness, mass }) => Math.sqrt(stiffness / mass);
+/** Length of the spring after a time [m]. */
+const lengthByFormula = (v, t) => 1 + (v.speed / omega(v)) * Math.sin(omega(v) * t);
 const massOnSpring = v => `title = "A mass on a spring"
 dimension = 2
 
@@ -81,7 +82,7 @@ mesh = { inline = { points = [[0, 0], [1, 0]], edges = [[0, 1]] } }
 springs = { stiffness = ${toml(v.stiffness)} }
 mass = { per_vertex = ${toml(v.mass)} }
 pin = [{ vertices = [0] }]
-velocity = { per_vertex = [[0, 0], [${SPEED}, 0]] }
+velocity = { per_vertex = [[0, 0], [${v.speed}, 0]] }
 
 ${OUTPUT}`;
 
@@ -112,7 +113,7 @@ while True:
       'which black box steps.',
     '物体的每种能量对应一个表：这里是 `springs`，别处可以是 `elastic`、`bending`。`[time]` 指定用哪个黑箱推进。',
   ],
-  values: { integrator: 'symplectic-euler', stiffness: 40, mass: 1, step: 0.005 },
+  values: { integrator: 'symplectic-euler', stiffness: 40, mass: 1, speed: 2, step: 0.005 },
   sliders: [
     {
       key: 'stiffness',
@@ -141,7 +142,7 @@ while True:
       lines: [
         ...ownLines(run, 'frames', [['x', ofRun, 0]]),
         {
-          points: curve(t => 1 + (SPEED / omega(v)) * Math.sin(omega(v) * t), 0, Math.max(4, run.time)),
+          points: curve(t => lengthByFormula(v, t), 0, Math.max(4, run.time)),
           colour: 1,
           dashed: true,
           name: say(byFormula),
@@ -151,8 +152,7 @@ while True:
     run => energyChart(run, 4),
   ],
   numbers: (run, v) => {
-    const exact = t => 1 + (SPEED / omega(v)) * Math.sin(omega(v) * t);
-    const error = Math.max(0, ...run.frames.map(({ time, x }) => Math.abs(x - exact(time))));
+    const error = Math.max(0, ...run.frames.map(({ time, x }) => Math.abs(x - lengthByFormula(v, time))));
     return [
       [['angular frequency ω', '角频率 ω'], `${sayNumber(omega(v))} rad/s`],
       [['largest distance from the formula so far', '目前与公式的最大偏差'], `${sayNumber(error)} m`],
@@ -189,10 +189,15 @@ const GROWTH = {
   'symplectic-euler': z => (z <= 2 ? 1 : z * z * 0.5 - 1 + Math.sqrt((z * z * 0.5 - 1) ** 2 - 1)),
   'implicit-euler': z => 1 / Math.sqrt(1 + z * z),
 };
-/** Energies after a time by formula, over the first one: a line, or two bounds. */
+/**
+ * Energies after a time by formula, over the first one: a line, or two bounds. They hold for amplitudes below the
+ * length of the spring, beyond which it is pressed through its support and no longer linear.
+ */
 function energyByFormula(v, end) {
-  const z = v.step * omega(v);
-  const line = f => ({ points: curve(f, 0, end), colour: 1, dashed: true, name: say(byFormula) });
+  const z = v.step * omega(v),
+    most = (omega(v) / v.speed) ** 2;
+  const below = e => (e < most ? e : NaN);
+  const line = f => ({ points: curve(t => below(f(t)), 0, end), colour: 1, dashed: true, name: say(byFormula) });
   if (v.integrator === 'symplectic-euler') {
     const bounds = [1 / (1 + z / 2), 1 / (1 - z / 2)];
     return z < 2 ? bounds.map((e, k) => ({ ...line(() => e), name: k ? '' : say(['bounds by formula', '公式给出的上下界']) })) : [];
@@ -211,9 +216,9 @@ const integration = {
     '三种推进方法，代码长度相近。前向欧拉用旧速度移动，能量不断增大。辛欧拉用新速度移动，在 hω ≤ 2 时稳定。隐式欧拉要求解新速度，任意步长都稳定，但有数值阻尼。',
   ],
   formulas: [
-    '\\text{forward:} \\quad x^{+} = x + h v \\quad v^{+} = v + h M^{-1} f(x)',
-    '\\text{symplectic:} \\quad v^{+} = v + h M^{-1} f(x) \\quad x^{+} = x + h v^{+}',
-    '\\text{implicit:} \\quad v^{+} = v + h M^{-1} f(x^{+}) \\quad x^{+} = x + h v^{+}',
+    text => `${text(['forward:', '前向：'])} \\quad x^{+} = x + h v \\quad v^{+} = v + h M^{-1} f(x)`,
+    text => `${text(['symplectic:', '辛：'])} \\quad v^{+} = v + h M^{-1} f(x) \\quad x^{+} = x + h v^{+}`,
+    text => `${text(['implicit:', '隐式：'])} \\quad v^{+} = v + h M^{-1} f(x^{+}) \\quad x^{+} = x + h v^{+}`,
   ],
   theirs: say => `def forward(x, v):
     return x + h * v, v + h * force(x) / m
@@ -230,7 +235,7 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
       'message; `allow_unstable = true` runs it all the same.',
     '只需改一个键 `integrator`。超过极限的步长在运行前就会被拒绝，消息中给出极限值；写上 `allow_unstable = true` 则照样运行。',
   ],
-  values: { integrator: 'symplectic-euler', stiffness: 40, mass: 1, step: 0.05, leave: 'no' },
+  values: { integrator: 'symplectic-euler', stiffness: 40, mass: 1, speed: 0.5, step: 0.05, leave: 'no' },
   choices: [
     integratorChoice(),
     {
@@ -298,8 +303,9 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
   tries: [
     {
       text: [
-        'Choose forward Euler. The energy follows (1 + h²ω²)ⁿ after n steps, for every step size.',
-        '选择前向欧拉：无论步长多小，n 步之后能量都按 (1 + h²ω²)ⁿ 增长。',
+        'Choose forward Euler. After n steps the energy has grown by (1 + h²ω²)ⁿ, for every step size. The ' +
+          'formula ends where the spring is pressed through its support.',
+        '选择前向欧拉：无论步长多小，n 步之后能量都增长到 (1 + h²ω²)ⁿ 倍。当弹簧被压过支点时，公式不再适用。',
       ],
       set: { integrator: 'forward-euler', step: 0.02 },
     },
@@ -448,7 +454,7 @@ ${OUTPUT}`,
         ? {
             name: say(['distance from the exact orbit [m]', '与精确轨道的距离 [m]']),
             x: { label: say(seconds), low: 0, high: Math.max(20, run.time) },
-            y: { log: true },
+            y: { log: true, low: 1e-5 },
             lines: ownLines(run, 'frames', [['error', ofRun, 1]]),
           }
         : null,
@@ -606,8 +612,8 @@ for i in range(n):
     },
     {
       text: [
-        'Add damping. The beam comes to rest: at about half of its first fall.',
-        '加上阻尼，梁最终静止在约为第一次下落一半的位置。',
+        'Add damping. The beam comes to rest at about half of its first fall without damping.',
+        '加上阻尼，梁最终静止，下垂量约为无阻尼时第一次下落的一半。',
       ],
       set: { drag: 5, step: 1.67e-4, young: 3e7 },
     },
@@ -762,8 +768,8 @@ ${OUTPUT}`;
     },
     {
       text: [
-        'Compress to 0.3. St. Venant–Kirchhoff softens: its curve bends down again.',
-        '压缩到 0.3：St. Venant–Kirchhoff 变软，曲线又弯了下去。',
+        'Compress to 0.3. St. Venant–Kirchhoff softens: its curve flattens, and the force that resists falls.',
+        '压缩到 0.3：St. Venant–Kirchhoff 变软，曲线变平，抵抗的力反而减小。',
       ],
       set: { material: 'stvk', stretch: 0.3, shear: 0, angle: 0, poisson: 0 },
     },
@@ -989,8 +995,8 @@ const inversion = {
     '弹簧只知道自己的长度。有限元还知道自己的朝向：翻转时 det F 为负。梁从镜像状态开始，所有三角形都里外翻转。',
   ],
   formulas: [
-    'J = \\det F < 0 \\quad \\text{inverted}',
-    'F = R S \\quad \\det R = 1 \\quad \\text{also where} \\quad J < 0',
+    text => `J = \\det F < 0 \\quad ${text(['inverted', '翻转'])}`,
+    text => `F = R S \\quad \\det R = 1 \\quad ${text(['also where J < 0', '当 J < 0 时也成立'])}`,
     'F^T F = (Q F)^T (Q F) \\quad \\det Q = -1',
   ],
   theirs: say => `def rotation(F):                  # ${say(['signed polar decomposition', '带符号的极分解'])}
@@ -1085,8 +1091,8 @@ ${OUTPUT}`,
     },
     {
       text: [
-        'Springs never notice. The beam hangs mirrored, with all 72 triangles inverted.',
-        '弹簧毫无察觉：梁一直保持镜像，72 个三角形全部翻转。',
+        'Springs do not notice. The beam swings below its support mirrored: most triangles stay inverted.',
+        '弹簧毫无察觉：梁以镜像状态在支承下方摆动，大部分三角形始终翻转。',
       ],
       set: { material: 'springs', young: 3e5 },
     },
@@ -1232,8 +1238,9 @@ x = x + h * v`,
     },
     {
       text: [
-        'Choose a step of 50 ms, far beyond the limit of symplectic Euler. It is stable, and it hardly swings.',
-        '步长取 50 ms，远超辛欧拉的极限：仍然稳定，但几乎荡不起来。',
+        'Choose a step of 50 ms, far beyond the limit of symplectic Euler. It is stable, and the cloth swings ' +
+          'back much less high.',
+        '步长取 50 ms，远超辛欧拉的极限：仍然稳定，但荡回的高度低得多。',
       ],
       set: { integrator: 'linearised-implicit-euler', step: 0.05 },
     },
