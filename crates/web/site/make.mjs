@@ -14,7 +14,7 @@ const site = dirname(fileURLToPath(import.meta.url)),
   scenes = join(site, '../../../scenes'),
   data = join(folder, 'data');
 const STEPS = 9;
-/** Steps that the native program takes of each scene to measure its time, and the longest time for that [ms]. */
+/** Steps of each scene that the native program takes for its time a step, and its longest time [ms]. */
 const MEASURED_STEPS = 50;
 const LONGEST = 20000;
 
@@ -27,7 +27,12 @@ function readScenes() {
     const text = readFileSync(join(scenes, file), 'utf8'),
       [, title = basename(file, '.toml')] = /^title = "(.*)"$/m.exec(text) ?? [];
     // The schema is for editors of files.
-    return { name: basename(file, '.toml'), title, text: text.replace(/^#:schema .*\n/, ''), files: filesOf(text) };
+    return {
+      name: basename(file, '.toml'),
+      title,
+      text: text.replace(/^#:schema .*\n/, ''),
+      files: filesOf(text),
+    };
   });
 }
 
@@ -90,4 +95,6 @@ const native = program
     }
   : null;
 writeFileSync(join(data, 'native.js'), `window.pliantNative = ${JSON.stringify(native)};\n`);
-console.log(`${folder}: ${shipped.length} scenes, module ${module.length} bytes, packed ${packed.length} bytes`);
+console.log(
+  `${folder}: ${shipped.length} scenes, module ${module.length} bytes, packed ${packed.length} bytes`,
+);

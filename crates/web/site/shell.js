@@ -10,8 +10,8 @@ const made = (name, properties, ...content) => {
 
 const MESHES = /\.(obj|stl|msh|vtu|vtk|inp)$/i;
 const FIRST_SCENE = 'cantilever_fem_2d';
-/** Parts of the run's page that have no use here: recordings are downloaded. */
-const FRAME_STYLE = '#panel details:has(> .recording) { display: none }';
+/** Parts of the run's page that this one has: recordings are downloaded, and there is one theme. */
+const FRAME_STYLE = '#panel details:has(> .recording), #theme { display: none }';
 /** Time for which a word about what was done stays [ms]. */
 const SHORT = 6000;
 
@@ -181,6 +181,8 @@ class Shell {
       const { html, refusal, fault } = await this.engine.open(this.field.text).catch(fault => ({ fault }));
       this.isReady = true;
       this.refusal = refusal ?? null;
+      this.time = null;
+      this.#showTimes();
       by('download').disabled = !html;
       if (html) this.#show(html);
       else if (refusal) this.#refused();
@@ -192,14 +194,13 @@ class Shell {
   #show(html) {
     this.#wait(null);
     this.field.mark(null);
-    this.time = null;
-    this.#showTimes();
+    by('page').hidden = false;
     this.engine.show(by('page'), html, { style: FRAME_STYLE, theme: settings.theme });
   }
 
   #refused() {
-    this.#wait(null);
-    by('page').removeAttribute('srcdoc');
+    this.#wait('refused');
+    by('page').hidden = true;
     this.#tab('scene');
     this.#showRefusal();
   }
@@ -212,18 +213,13 @@ class Shell {
     const remedies = refusal.remedies.map(({ kind, words }) =>
       made('p', { className: kind }, made('b', {}, say(kind)), ' ', words),
     );
-    const whole = made(
-      'details',
-      {},
-      made('summary', {}, say('details')),
-      made('pre', {}, refusal.rendered),
-    );
+    const whole = made('details', {}, made('summary', {}, say('details')), made('pre', {}, refusal.rendered));
     const place = made('small', {}, sayPlace(refusal));
     this.field.mark(refusal, close, place, made('p', {}, refusal.message), ...remedies, whole);
   }
 
   #trap(message) {
-    by('page').removeAttribute('srcdoc');
+    by('page').hidden = true;
     by('wait').textContent = [say('trap'), message, say('tryAgain')].join('\n');
     by('wait').classList.add('bad');
     by('download').disabled = true;

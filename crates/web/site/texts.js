@@ -46,38 +46,31 @@ const TEXTS = {
   trap: ['The simulator stopped (a defect of pliant)', '模拟器意外停止（pliant 的缺陷）'],
   tryAgain: ['Run again to start a new one.', '再次运行即可重新启动。'],
   timeHere: ['{} a step here', '浏览器中每步 {}'],
-  timeNative: ['{} in the native program', '本机程序每步 {}'],
+  timeNative: ['{} in the native program', '原生程序每步 {}'],
   nativeHint: [
     'Measured when this site was made, with the native program on',
-    '制作本网站时用本机程序测得，处理器：',
+    '制作本网站时用原生程序测得，处理器：',
   ],
   threads: ['threads', '线程'],
   limits: ['One thread, no AVX', '单线程，无 AVX'],
   limitsHint: [
-    'The browser runs the same program on one thread and without AVX. Positions have the same bits as those ' +
-      'of the native program; each step takes longer.',
-    '浏览器运行的是同一个程序，但只用一个线程，也没有 AVX 指令。位置的每一位都与本机程序相同，只是每步更慢。',
+    'The browser runs the same program on one thread and without AVX. Positions have the same bits as ' +
+      'those of the native program; each step takes longer.',
+    '浏览器中运行的是同一个程序，但只用单线程，也没有 AVX 指令。位置的每一位都与原生程序相同，只是每一步更慢。',
   ],
-  old: [
-    'This browser is too old: it has no CompressionStream.',
-    '浏览器版本过旧：缺少 CompressionStream。',
-  ],
+  old: ['This browser is too old: it has no CompressionStream.', '浏览器版本过旧：缺少 CompressionStream。'],
   badLink: ['The scene in the link cannot be read.', '无法读取链接中的场景。'],
 
   // The lecture.
-  contents: ['Contents', '目录'],
-  step: ['Step', '第'],
-  stepAfter: ['', '步'],
   previous: ['Previous', '上一步'],
   next: ['Next', '下一步'],
   formula: ['Formula', '公式'],
   theirs: ['The lecture’s program, in our words', '课程程序的要点（我们的写法）'],
   ours: ['The same in pliant', '在 pliant 中'],
-  live: ['Live', '实时演示'],
   tries: ['What to try', '动手试试'],
   pause: ['Pause', '暂停'],
   play: ['Continue', '继续'],
-  oneStep: ['One step', '走一步'],
+  oneStep: ['One step', '单步'],
   reset: ['Start again', '重新开始'],
   speed: ['Speed', '速度'],
   asFast: ['as fast as it goes', '尽可能快'],
@@ -86,11 +79,17 @@ const TEXTS = {
   limit: ['largest stable step', '最大稳定步长'],
   limitOfExplicit: ['largest stable step of symplectic Euler', '辛欧拉法的最大稳定步长'],
   pullHint: ['Drag a vertex to pull it.', '拖动顶点即可拉动物体。'],
-  turnHint: ['Drag to turn the picture; shift and drag pulls a vertex.', '拖动可旋转画面；按住 Shift 拖动可拉顶点。'],
+  turnHint: [
+    'Drag to turn the picture; shift and drag pulls a vertex.',
+    '拖动可旋转画面；按住 Shift 拖动可拉顶点。',
+  ],
   refused: ['pliant refuses this scene', 'pliant 拒绝此场景'],
   failed: ['The run has stopped', '运行已停止'],
   english: ['', '（程序消息为英文）'],
-  nativeRuns: ['All numbers on this page come from this run or from a formula.', '本页的数字都来自这次运行或公式。'],
+  nativeRuns: [
+    'All numbers on this page come from this run or from a formula.',
+    '本页的数字都来自这次运行或公式。',
+  ],
 };
 
 /** Language and theme of the pages, kept for the next visit. */
@@ -121,7 +120,8 @@ const settings = (() => {
     apply() {
       document.documentElement.lang = this.language === 'zh' ? 'zh-Hans' : 'en';
       if (this.theme) document.documentElement.dataset.theme = this.theme;
-      for (const marked of document.querySelectorAll('[data-text]')) marked.textContent = say(marked.dataset.text);
+      for (const marked of document.querySelectorAll('[data-text]'))
+        marked.textContent = say(marked.dataset.text);
       for (const marked of document.querySelectorAll('[data-hint]')) marked.title = say(marked.dataset.hint);
       this.listeners.forEach(changed => changed());
     },
@@ -151,7 +151,12 @@ function sayPlace({ line, column }) {
 /** Simulated or elapsed time with three digits and a prefix. */
 function sayTime(seconds) {
   if (!(seconds > 0)) return seconds === 0 ? '0 s' : '–';
-  const [unit, size] = [['s', 1], ['ms', 1e-3], ['µs', 1e-6], ['ns', 1e-9]].find(([, size]) => seconds >= size) ?? ['ns', 1e-9];
+  const [unit, size] = [
+    ['s', 1],
+    ['ms', 1e-3],
+    ['µs', 1e-6],
+    ['ns', 1e-9],
+  ].find(([, size]) => seconds >= size) ?? ['ns', 1e-9];
   return `${Number((seconds / size).toPrecision(3))} ${unit}`;
 }
 
@@ -161,7 +166,9 @@ function sayNumber(value, digits = 3) {
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) {
     const [mantissa, power] = value.toExponential(digits - 1).split('e');
-    const raised = [...String(Number(power))].map(sign => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(sign)]).join('');
+    const raised = [...String(Number(power))]
+      .map(sign => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(sign)])
+      .join('');
     return Number(mantissa) === 1 ? `10${raised}` : `${Number(mantissa)}·10${raised}`;
   }
   return String(Number(value.toPrecision(digits)));

@@ -17,7 +17,7 @@ function colouredToml(line) {
     if (plain) parts.append(plain);
     plain = '';
   };
-  for (let at = 0; at < line.length; ) {
+  for (let at = 0; at < line.length;) {
     const found = TOML.map(([kind, pattern]) => {
       pattern.lastIndex = at;
       return [kind, pattern.exec(line)?.[0]];

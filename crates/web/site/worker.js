@@ -73,7 +73,7 @@ function pliantWorker() {
 
   /** Takes all waiting messages of the run. */
   function relay() {
-    for (let kind; (kind = module.wasm.message()) !== KINDS.none; ) {
+    for (let kind; (kind = module.wasm.message()) !== KINDS.none;) {
       const bytes = module.result();
       if (kind === KINDS.text) {
         const text = new TextDecoder().decode(bytes);

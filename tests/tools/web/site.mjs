@@ -42,7 +42,7 @@ async function open(browser, address, { width = 1200, height = 900, scheme = 'li
   });
   page.on('pageerror', fault => page.faults.push(String(fault)));
   page.until = async (test, ...more) => {
-    for (const end = Date.now() + PATIENCE; !(await page.evaluate(test, ...more)); ) {
+    for (const end = Date.now() + PATIENCE; !(await page.evaluate(test, ...more));) {
       if (Date.now() > end) throw new Error(`${address}: ${test}; ${page.faults.join('; ')}`);
       await new Promise(go => setTimeout(go, 40));
     }
@@ -51,7 +51,8 @@ async function open(browser, address, { width = 1200, height = 900, scheme = 'li
   return page;
 }
 
-const lesson = (browser, site, step, options) => open(browser, `${site}/lecture/${step}.html?lang=en`, options);
+const lesson = (browser, site, step, options) =>
+  open(browser, `${site}/lecture/${step}.html?lang=en`, options);
 const openEditor = (browser, site, hash = '', options) =>
   open(browser, `${site}/index.html?lang=en${hash}`, options);
 
@@ -61,7 +62,8 @@ const slide = (page, key, value) =>
     (name, wanted) => {
       const slider = lecturePage.sliders.find(({ spec }) => spec.key === name),
         { min, max, step } = slider.range;
-      const place = step === '1' && slider.spec.step === 1 ? wanted : Number(min) + slider.part(wanted) * (max - min);
+      const place =
+        step === '1' && slider.spec.step === 1 ? wanted : Number(min) + slider.part(wanted) * (max - min);
       slider.range.value = place;
       slider.range.dispatchEvent(new Event('input'));
     },
@@ -78,7 +80,7 @@ const choose = (page, key, value) =>
     key,
     value,
   );
-/** Five simulated seconds a second: a run that goes as fast as it can is far beyond its end before it is paused. */
+/** Five simulated seconds a second: a run as fast as it goes is far beyond its end before it pauses. */
 const fast = page =>
   page.$eval('#speed', select => {
     select.value = [...select.options].findIndex(option => option.textContent === '5×');
@@ -87,7 +89,10 @@ const fast = page =>
 const ended = page => page.until(() => lecturePage.ended && !lecturePage.playing);
 /** The run after a change, which has other values than the one before. */
 const restarted = (page, key) =>
-  page.until(name => !lecturePage.busy && lecturePage.of?.[name] === lecturePage.values[name] && !lecturePage.ended, key);
+  page.until(
+    name => !lecturePage.busy && lecturePage.of?.[name] === lecturePage.values[name] && !lecturePage.ended,
+    key,
+  );
 
 async function everyStepRuns(browser, site) {
   for (let step = 1; step <= STEPS; step++) {
@@ -109,7 +114,9 @@ async function aSliderChangesTheMotion(browser, site) {
   const distance = stiffness =>
     page.evaluate(k => {
       const w = Math.sqrt(k);
-      return Math.max(...lecturePage.run.frames.map(({ time, x }) => Math.abs(x - 1 - (2 / w) * Math.sin(w * time))));
+      return Math.max(
+        ...lecturePage.run.frames.map(({ time, x }) => Math.abs(x - 1 - (2 / w) * Math.sin(w * time))),
+      );
     }, stiffness);
   // Symplectic Euler of step h is off by h v / 2 at most: 5 ms, 2 m/s.
   assert.ok((await distance(40)) < 0.006 && (await distance(160)) > 0.1);
@@ -156,7 +163,9 @@ async function energiesFollowTheirFormulas(browser, site) {
       // Beyond that, the spring is pressed through its support.
       const pressed = run.states.findIndex(({ total }) => total > 0.5 * of.stiffness),
         linear = run.states.slice(0, pressed < 0 ? undefined : pressed);
-      return Math.max(...linear.map(({ step, total }) => Math.abs(total / (first * growth ** (n * step)) - 1)));
+      return Math.max(
+        ...linear.map(({ step, total }) => Math.abs(total / (first * growth ** (n * step)) - 1)),
+      );
     }, power);
     assert.ok(off < 1e-6, `${name} is off its formula by ${off}`);
   }
@@ -170,7 +179,11 @@ async function densitiesAreThoseOfTheFormula(browser, site) {
     await slide(page, 'angle', 60);
     await slide(page, 'stretch', 0.7);
     await page.until(
-      name => !lecturePage.busy && lecturePage.of?.material === name && lecturePage.of.stretch < 0.71 && lecturePage.run.states.length > 0,
+      name =>
+        !lecturePage.busy &&
+        lecturePage.of?.material === name &&
+        lecturePage.of.stretch < 0.71 &&
+        lecturePage.run.states.length > 0,
       material,
     );
     const [own, formula] = await page.evaluate(() => [
@@ -184,7 +197,8 @@ async function densitiesAreThoseOfTheFormula(browser, site) {
 
 async function quadraticElementsMeetBeamTheory(browser, site) {
   const page = await lesson(browser, site, 6);
-  const error = () => page.evaluate(() => Math.abs(lecturePage.run.frames.at(-1).fall / deflectionByTheory - 1));
+  const error = () =>
+    page.evaluate(() => Math.abs(lecturePage.run.frames.at(-1).fall / deflectionByTheory - 1));
   await fast(page);
   await ended(page);
   const linear = await error();
@@ -229,7 +243,8 @@ async function theEditorShowsMistakesAtTheirLine(browser, site) {
   const { line, said, marked } = await page.evaluate(() => ({
     line: shell.field.text.split('\n').findIndex(line => line.includes('0.7')) + 1,
     said: document.querySelector('.mistake').textContent,
-    marked: [...document.querySelectorAll('.numbers div')].findIndex(row => row.classList.contains('wrong')) + 1,
+    marked:
+      [...document.querySelectorAll('.numbers div')].findIndex(row => row.classList.contains('wrong')) + 1,
   }));
   assert.equal(marked, line);
   assert.match(said, new RegExp(`line ${line}, column`));
@@ -275,7 +290,9 @@ mass = { per_vertex = 1 }
     files.items.add(new File([scene], 'sheet.toml'));
     dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
   });
-  await page.until(() => document.getElementById('page').contentWindow?.pliant?.view?.bodies?.[0]?.name === 'sheet');
+  await page.until(
+    () => document.getElementById('page').contentWindow?.pliant?.view?.bodies?.[0]?.name === 'sheet',
+  );
   await page.until(() => document.getElementById('page').contentWindow.pliant.view.shown?.step > 5);
   const magic = await page.evaluate(async () => {
     const { bytes, message } = await shell.engine.download();
@@ -303,7 +320,10 @@ async function everySizeInBothThemesAndLanguages(browser, site) {
     for (const name of ['index', ...Array.from({ length: STEPS }, (_, k) => String(k + 1)), 'editor']) {
       const path = name === 'editor' ? 'index.html' : `lecture/${name}.html`;
       const page = await open(browser, `${site}/${path}?lang=${language}`);
-      if (name === 'editor') await page.until(() => document.getElementById('page').contentWindow?.pliant?.view?.shown?.time > 0.2);
+      if (name === 'editor')
+        await page.until(
+          () => document.getElementById('page').contentWindow?.pliant?.view?.shown?.time > 0.2,
+        );
       else if (name !== 'index' && name !== '5') await page.until(() => lecturePage.run.time > 0.3);
       else if (name === '5') await page.until(() => lecturePage.run.states.length > 0);
       for (const scheme of ['light', 'dark']) {

@@ -74,7 +74,12 @@ class Slider {
     Object.assign(this, { page, spec });
     const whole = spec.step === 1;
     this.output = made('output', {});
-    this.range = made('input', { type: 'range', min: whole ? spec.min : 0, max: whole ? spec.max : NOTCHES, step: 1 });
+    this.range = made('input', {
+      type: 'range',
+      min: whole ? spec.min : 0,
+      max: whole ? spec.max : NOTCHES,
+      step: 1,
+    });
     this.mark = made('span', { className: 'limit', hidden: true });
     const name = page.text(made('span', {}), spec.name);
     this.root = made(
@@ -172,19 +177,33 @@ class LecturePage {
         ...this.sliders.map(slider => slider.root),
       ),
     );
-    const charts = made('section', { className: 'charts' }, ...this.figures.map(({ root }) => root), this.numbers);
+    const charts = made(
+      'section',
+      { className: 'charts' },
+      ...this.figures.map(({ root }) => root),
+      this.numbers,
+    );
     by('content').append(
       made(
         'div',
         { className: 'lead' },
-        this.text(made('h1', {}), [0, 1].map(k => `${this.number} ${step.title[k]}`)),
+        this.text(
+          made('h1', {}),
+          [0, 1].map(k => `${this.number} ${step.title[k]}`),
+        ),
         this.text(made('p', {}), step.lead),
       ),
       this.#section('formulas', 'formula', this.formulas),
       made('div', { className: 'run' }, live, charts),
       this.#section('tries', 'tries', made('ul', {}, ...step.tries.map(each => this.#try(each)))),
       this.#section('theirs', 'theirs', this.theirs),
-      this.#section('ours', 'ours', this.text(made('p', {}), step.oursNote), this.toml, this.text(this.editor, 'openInEditor')),
+      this.#section(
+        'ours',
+        'ours',
+        this.text(made('p', {}), step.oursNote),
+        this.toml,
+        this.text(this.editor, 'openInEditor'),
+      ),
       this.#ends(),
     );
     this.#tabs();
@@ -197,7 +216,12 @@ class LecturePage {
       const title = [0, 1].map(k => `${TEXTS[name][k]}: ${number} ${STEPS[number - 1].title[k]}`);
       return this.text(made('a', { href: `${number}.html` }), title);
     };
-    return made('div', { className: 'ends' }, link(this.number - 1, 'previous'), link(this.number + 1, 'next'));
+    return made(
+      'div',
+      { className: 'ends' },
+      link(this.number - 1, 'previous'),
+      link(this.number + 1, 'next'),
+    );
   }
 
   #tabs() {
@@ -335,7 +359,9 @@ class LecturePage {
   async #open(values) {
     const { step } = this,
       before = [{ do: 'speed', value: this.speed }, { do: 'pause' }];
-    const { html, refusal, fault } = await this.engine.open(step.scene(values), before).catch(fault => ({ fault }));
+    const { html, refusal, fault } = await this.engine
+      .open(step.scene(values), before)
+      .catch(fault => ({ fault }));
     this.run = this.run.next();
     [this.of, this.ended, this.isOpen, this.failed] = [values, false, Boolean(html), false];
     if (!html) {
@@ -358,7 +384,10 @@ class LecturePage {
     }
     const remedies = refusal.remedies.map(({ kind, words }) => `${say(kind)}: ${words}`);
     const place = sayPlace(refusal);
-    this.#tell([`${say('refused')}${say('english')}`, place && `${place}: ${refusal.message}`, ...remedies].join('\n'), true);
+    this.#tell(
+      [`${say('refused')}${say('english')}`, place && `${place}: ${refusal.message}`, ...remedies].join('\n'),
+      true,
+    );
     this.#soon();
   }
 
@@ -387,7 +416,8 @@ class LecturePage {
     this.#reach('states', state.step);
     this.playing = !state.paused;
     this.run.add('states', this.step.state(state, this.of, this.run));
-    if (state.fault && !this.failed) this.#tell(`${say('failed')}${say('english')}\n${state.fault.message}`, true);
+    if (state.fault && !this.failed)
+      this.#tell(`${say('failed')}${say('english')}\n${state.fault.message}`, true);
     else if (!state.fault && this.failed) this.#tell(null);
     this.failed = Boolean(state.fault);
     if (!this.ended && state.time >= this.step.end(this.of)) {
@@ -477,7 +507,8 @@ class LecturePage {
     const { run, step, values } = this,
       name = step.limit?.name ?? 'limit',
       limit = { value: run.limit, name, binds: name === 'limit' };
-    for (const slider of this.sliders) slider.show(values, slider.spec.key === step.limit?.slider ? limit : null);
+    for (const slider of this.sliders)
+      slider.show(values, slider.spec.key === step.limit?.slider ? limit : null);
     for (const { choice, select, root } of this.choices ?? []) {
       root.hidden = choice.when ? !choice.when(values) : false;
       select.selectedIndex = choice.options.findIndex(([value]) => value === values[choice.key]);
@@ -493,10 +524,12 @@ class LecturePage {
       plot.show(chart);
     });
     this.numbers.replaceChildren(
-      ...step.numbers(run, values).flatMap(([term, number]) => [
-        made('dt', {}, Array.isArray(term) || TEXTS[term] ? say(term) : term),
-        made('dd', {}, number),
-      ]),
+      ...step
+        .numbers(run, values)
+        .flatMap(([term, number]) => [
+          made('dt', {}, Array.isArray(term) || TEXTS[term] ? say(term) : term),
+          made('dd', {}, number),
+        ]),
     );
   }
 }
@@ -510,23 +543,18 @@ function showContents() {
   };
   by('content').classList.add('contents');
   by('content').append(
-    text(made('h1', {}), ['The lecture as an instrument', '可以动手的课程']),
+    text(made('h1', {}), ['The lecture as an instrument', '交互式课程演示']),
     text(made('p', {}), [
-      'The lecture “Spatial and Temporal Discretization” builds a simulator of deformable bodies in nine steps. ' +
-        'Each page has the formula, the core of the lecture’s program in our words, the same scene in pliant, ' +
-        'and the run next to it: drag a slider, and the motion and the charts follow.',
-      '课程《空间与时间离散》用九步搭建一个可变形体模拟器。每一页都有公式、课程程序的要点、pliant 中的同一场景，以及旁边正在运行的模拟：拖动滑块，运动和图表随之改变。',
+      'The lecture “Spatial and Temporal Discretization” builds a simulator of deformable bodies in nine ' +
+        'steps. Each page has the formula, the core of the lecture’s program in our words, the same scene ' +
+        'in pliant, and the run next to it: drag a slider, and the motion and the charts follow.',
+      '课程《空间与时间离散化》用九步搭建一个可变形体模拟器。每一页都有公式、课程程序的要点、pliant 中的同一场景，以及旁边正在运行的模拟：拖动滑块，运动和图表随之改变。',
     ]),
     made(
       'ol',
       {},
       ...STEPS.map(({ title, lead }, k) =>
-        made(
-          'li',
-          {},
-          text(made('a', { href: `${k + 1}.html` }), title),
-          text(made('p', {}), lead),
-        ),
+        made('li', {}, text(made('a', { href: `${k + 1}.html` }), title), text(made('p', {}), lead)),
       ),
     ),
     text(made('p', { className: 'small' }), 'nativeRuns'),

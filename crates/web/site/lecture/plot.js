@@ -11,11 +11,12 @@ function roundTicks(low, high, count) {
     power = 10 ** Math.floor(Math.log10(raw)),
     step = [1, 2, 5, 10].map(factor => factor * power).find(step => step >= raw);
   const ticks = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9) + 1e-300; k++) ticks.push(k * step);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9) + 1e-300; k++)
+    ticks.push(k * step);
   return ticks;
 }
 
-/** Powers of ten within a range of logarithms, at most about `count` of them; few have 2 and 5 between them. */
+/** Powers of ten within a range of logarithms, about `count` at most; few have 2 and 5 between them. */
 function powerTicks(low, high, count) {
   const every = Math.max(1, Math.ceil((high - low) / count)),
     ticks = [];
@@ -31,7 +32,9 @@ function plotAxis({ low, high, log = false, ticks: given }, from, to, count) {
   const [first, last] = [scale(low), scale(high)];
   const ticks =
     given ??
-    (log && last - first >= 1 ? powerTicks(first, last, count) : roundTicks(low, high, count).filter(t => !log || t > 0));
+    (log && last - first >= 1
+      ? powerTicks(first, last, count)
+      : roundTicks(low, high, count).filter(t => !log || t > 0));
   return { place: value => from + ((scale(value) - first) / (last - first)) * (to - from), ticks, log };
 }
 
@@ -46,15 +49,17 @@ class Plot {
   }
 
   /**
-   * Shows `{ name, x, y, lines, dots, marks }`. Axes are `{ label, low, high, log }`, ends that are missing come
-   * from the data; lines `{ name, points, colour, dashed, faint }`, points `[x, y]`; dots
-   * `{ name, points, colour }`; marks `{ name, at }` are lines across.
+   * Shows `{ name, x, y, lines, dots }`. Axes are `{ label, low, high, log, ticks }`; missing ends come from
+   * the data. Lines are `{ name, points, colour, dashed, faint }`, points `[x, y]`, dots
+   * `{ name, points, colour }`.
    */
   show(chart) {
     this.chart = chart;
     this.canvas.setAttribute('aria-label', chart.name);
-    const shown = [...chart.lines, ...(chart.dots ?? []), ...(chart.marks ?? [])].filter(({ name }) => name);
-    const key = JSON.stringify(shown.map(({ name, colour, dashed }) => [name, colour, dashed]));
+    const shown = [...chart.lines, ...(chart.dots ?? [])].filter(({ name }) => name);
+    const faint = chart.lines.find(line => line.faint);
+    if (faint) shown.push({ ...faint, name: say('before') });
+    const key = JSON.stringify(shown.map(({ name, colour, dashed, faint }) => [name, colour, dashed, faint]));
     if (key !== this.key) this.#describe(shown);
     this.key = key;
     this.draw();
@@ -62,11 +67,11 @@ class Plot {
 
   #describe(shown) {
     this.legend.replaceChildren(
-      ...shown.map(({ name, colour, dashed, faint, at }) => {
+      ...shown.map(({ name, colour, dashed, faint }) => {
         const label = document.createElement('span');
         label.textContent = name;
-        label.style.setProperty('--line', colour === undefined ? 'var(--soft)' : PLOT_COLOURS[colour]);
-        label.classList.toggle('dashed', Boolean(dashed) || at !== undefined);
+        label.style.setProperty('--line', PLOT_COLOURS[colour]);
+        label.classList.toggle('dashed', Boolean(dashed));
         label.classList.toggle('faint', Boolean(faint));
         return label;
       }),
@@ -117,7 +122,6 @@ class Plot {
     pen.beginPath();
     pen.rect(...box);
     pen.clip();
-    for (const { at } of chart.marks ?? []) this.#line(pen, x, y, at, { ink: colour('--soft'), dashed: true });
     for (const line of chart.lines) {
       this.#line(pen, x, y, line.points, { ...line, ink: PLOT_COLOURS[line.colour] });
     }

@@ -18,7 +18,7 @@ function curve(f, low, high, { log = false, count = 160 } = {}) {
 /** Lines of a run, and faintly those of the run before. */
 const ownLines = (run, from, entries) =>
   entries.flatMap(([name, text, colour]) => [
-    ...(run.before ? [{ points: points(run.before[from], name), colour, faint: true, name: '' }] : []),
+    ...(run.before ? [{ points: points(run.before[from], name), colour, faint: true }] : []),
     { points: points(run[from], name), colour, name: say(text) },
   ]);
 
@@ -32,7 +32,11 @@ const energyChart = (run, end, names = ['kinetic', 'elastic', 'total']) => ({
   name: say(['energy [J]', '能量 [J]']),
   x: { label: say(seconds), low: 0, high: Math.max(end, run.time) },
   y: {},
-  lines: ownLines(run, 'states', energyEntries.filter(([name]) => names.includes(name))),
+  lines: ownLines(
+    run,
+    'states',
+    energyEntries.filter(([name]) => names.includes(name)),
+  ),
 });
 const energies = ({ time, step, energy }) => ({ time, step, gravitational: 0, ...energy });
 
@@ -89,8 +93,9 @@ ${OUTPUT}`;
 const equationOfMotion = {
   title: ['The equation of motion', '运动方程'],
   lead: [
-    'A conservative force is minus the gradient of an energy. A new model needs an energy and nothing else: ' +
-      'the force follows. Here the energy is that of one spring, and its motion has a formula to compare with.',
+    'A conservative force is minus the gradient of an energy. A new model needs an energy and nothing ' +
+      'else: the force follows. Here the energy is that of one spring, and its motion has a formula to ' +
+      'compare with.',
     '保守力等于势能的负梯度。加入新模型时只需写出能量，力由求导得到。这里的能量是一根弹簧的弹性能，它的运动有解析解，可以直接对照。',
   ],
   formulas: [
@@ -168,8 +173,8 @@ while True:
     },
     {
       text: [
-        'Make the step ten times smaller. The distance from the formula shrinks by about ten: symplectic Euler ' +
-          'is of first order.',
+        'Make the step ten times smaller. The distance from the formula shrinks by about ten: symplectic ' +
+          'Euler is of first order.',
         '把步长缩小到十分之一，与公式的偏差也约缩小到十分之一：辛欧拉法是一阶方法。',
       ],
       set: { step: 5e-4 },
@@ -190,17 +195,27 @@ const GROWTH = {
   'implicit-euler': z => 1 / Math.sqrt(1 + z * z),
 };
 /**
- * Energies after a time by formula, over the first one: a line, or two bounds. They hold for amplitudes below the
- * length of the spring, beyond which it is pressed through its support and no longer linear.
+ * Energies after a time by formula, over the first one: a line, or two bounds. They hold for amplitudes below
+ * the length of the spring, beyond which it is pressed through its support and no longer linear.
  */
 function energyByFormula(v, end) {
   const z = v.step * omega(v),
     most = (omega(v) / v.speed) ** 2;
   const below = e => (e < most ? e : NaN);
-  const line = f => ({ points: curve(t => below(f(t)), 0, end), colour: 1, dashed: true, name: say(byFormula) });
+  const line = f => ({
+    points: curve(t => below(f(t)), 0, end),
+    colour: 1,
+    dashed: true,
+    name: say(byFormula),
+  });
   if (v.integrator === 'symplectic-euler') {
     const bounds = [1 / (1 + z / 2), 1 / (1 - z / 2)];
-    return z < 2 ? bounds.map((e, k) => ({ ...line(() => e), name: k ? '' : say(['bounds by formula', '公式给出的上下界']) })) : [];
+    return z < 2
+      ? bounds.map((e, k) => ({
+          ...line(() => e),
+          name: k ? '' : say(['bounds by formula', '公式给出的上下界']),
+        }))
+      : [];
   }
   return [line(t => GROWTH[v.integrator](z) ** (2 * Math.round(t / v.step)))];
 }
@@ -210,15 +225,16 @@ const needsLeave = v => v.integrator === 'forward-euler' || v.leave === 'yes';
 const integration = {
   title: ['Integration in time', '时间积分'],
   lead: [
-    'Three ways to step, at about the same length of code. Forward Euler moves by the old velocity and gains ' +
-      'energy. Symplectic Euler moves by the new one and is stable up to hω = 2. Implicit Euler solves for the ' +
-      'new velocity, is stable at every step, and damps.',
+    'Three ways to step, at about the same length of code. Forward Euler moves by the old velocity and ' +
+      'gains energy. Symplectic Euler moves by the new one and is stable up to hω = 2. Implicit Euler ' +
+      'solves for the new velocity, is stable at every step, and damps.',
     '三种推进方法，代码长度相近。前向欧拉用旧速度移动，能量不断增大。辛欧拉用新速度移动，在 hω ≤ 2 时稳定。隐式欧拉要求解新速度，任意步长都稳定，但有数值阻尼。',
   ],
   formulas: [
     text => `${text(['forward:', '前向：'])} \\quad x^{+} = x + h v \\quad v^{+} = v + h M^{-1} f(x)`,
     text => `${text(['symplectic:', '辛：'])} \\quad v^{+} = v + h M^{-1} f(x) \\quad x^{+} = x + h v^{+}`,
-    text => `${text(['implicit:', '隐式：'])} \\quad v^{+} = v + h M^{-1} f(x^{+}) \\quad x^{+} = x + h v^{+}`,
+    text =>
+      `${text(['implicit:', '隐式：'])} \\quad v^{+} = v + h M^{-1} f(x^{+}) \\quad x^{+} = x + h v^{+}`,
   ],
   theirs: say => `def forward(x, v):
     return x + h * v, v + h * force(x) / m
@@ -231,8 +247,8 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
     v = (v + h * force(x) / m) / (1 + h * h * k / m)
     return x + h * v, v`,
   oursNote: [
-    'One key chooses: `integrator`. A step above the limit is refused before the run, with the limit in the ' +
-      'message; `allow_unstable = true` runs it all the same.',
+    'One key chooses: `integrator`. A step above the limit is refused before the run, with the limit in ' +
+      'the message; `allow_unstable = true` runs it all the same.',
     '只需改一个键 `integrator`。超过极限的步长在运行前就会被拒绝，消息中给出极限值；写上 `allow_unstable = true` 则照样运行。',
   ],
   values: { integrator: 'symplectic-euler', stiffness: 40, mass: 1, speed: 0.5, step: 0.05, leave: 'no' },
@@ -269,7 +285,7 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
         x: { label: say(seconds), low: 0, high: Math.max(4, run.time) },
         y: { log: true },
         lines: [
-          ...(run.before ? [{ points: own(run.before.states), colour: 0, faint: true, name: '' }] : []),
+          ...(run.before ? [{ points: own(run.before.states), colour: 0, faint: true }] : []),
           ...energyByFormula(v, Math.max(4, run.time)),
           { points: own(run.states), colour: 0, name: say(ofRun) },
         ],
@@ -296,7 +312,10 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
     const growth = last && last.total / run.states[0].total;
     return [
       ['h ω', sayNumber(z)],
-      [['growth of the amplitude in one step, by formula', '每步振幅放大倍数（公式）'], sayNumber(GROWTH[v.integrator](z), 4)],
+      [
+        ['growth of the amplitude in one step, by formula', '每步振幅放大倍数（公式）'],
+        sayNumber(GROWTH[v.integrator](z), 4),
+      ],
       [['energy now, over that of the start', '当前能量与初始能量之比'], growth ? sayNumber(growth) : '–'],
     ];
   },
@@ -351,9 +370,15 @@ nbody = { constant = 1.0, softening = ${toml(v.softening)} }
 
 [[body]]
 name = "stars"
-mesh = { disk = { count = ${Math.round(v.count)}, radius = 1.0, inner_radius = 0.1, thickness = 0.02, seed = 1 } }
 mass = { total = 1.0 }
 velocity = { tangential = { speed = 0.9 } }
+
+[body.mesh.disk]
+count = ${Math.round(v.count)}
+radius = 1.0
+inner_radius = 0.1
+thickness = 0.02
+seed = 1
 `;
 const isTwo = v => v.system === 'two';
 const relativeChange = ({ time, energy }, v, run) => {
@@ -365,8 +390,8 @@ const relativeChange = ({ time, energy }, v, run) => {
 const galaxy = {
   title: ['A galaxy', '星系'],
   lead: [
-    'Bodies attract each other: every pair once, equal and opposite. Softening keeps close pairs finite. Two ' +
-      'bodies have an exact orbit (Kepler’s equation); many have only their energy to be judged by.',
+    'Bodies attract each other: every pair once, equal and opposite. Softening keeps close pairs finite. ' +
+      'Two bodies have an exact orbit (Kepler’s equation); many have only their energy to be judged by.',
     '天体两两相吸：每一对只算一次，作用力与反作用力大小相等、方向相反。软化长度使靠得很近的两颗星受力有限。两体问题有精确轨道（开普勒方程）；多体问题只能用能量来检验。',
   ],
   formulas: [
@@ -384,8 +409,9 @@ for i in range(n):
     v[i] += h * f[i] / m[i]
     x[i] += h * v[i]`,
   oursNote: [
-    '`world.nbody` is the sum over all pairs. The disk of stars and its circular velocities are keys of a body.',
-    '`world.nbody` 就是对所有星对求和。恒星盘和圆周速度都是物体的键。',
+    '`world.nbody` is the sum over all pairs. The disk of stars and its circular velocities are keys of a ' +
+      'body.',
+    '`world.nbody` 就是对所有星对求和。恒星盘和圆周速度都由物体的键给出。',
   ],
   values: { system: 'two', integrator: 'symplectic-euler', step: 5e-3, count: 300, softening: 0.02 },
   choices: [
@@ -432,7 +458,16 @@ ${timeTable({ ...v, duration: 20, more: v.integrator === 'forward-euler' ? allow
 ${isTwo(v) ? twoBodies : manyBodies(v)}
 ${OUTPUT}`,
   shape: v => (isTwo(v) ? 'two' : `many ${Math.round(v.count)}`),
-  view: v => (isTwo(v) ? [[-1.2, -0.65, 0], [0.55, 0.65, 0]] : [[-0.9, -0.9, -0.1], [0.9, 0.9, 0.1]]),
+  view: v =>
+    isTwo(v)
+      ? [
+          [-1.2, -0.65, 0],
+          [0.55, 0.65, 0],
+        ]
+      : [
+          [-0.9, -0.9, -0.1],
+          [0.9, 0.9, 0.1],
+        ],
   end: v => (isTwo(v) ? 20 : 6),
   speed: 1,
   state: relativeChange,
@@ -476,8 +511,8 @@ ${OUTPUT}`,
     },
     {
       text: [
-        'Two bodies: velocity Verlet costs one force a step, too. Halve the step: its energy error falls to a ' +
-          'quarter, that of symplectic Euler to a half.',
+        'Two bodies: velocity Verlet costs one force a step, too. Halve the step: its energy error falls ' +
+          'to a quarter, that of symplectic Euler to a half.',
         '两体：速度 Verlet 每步也只算一次力。步长减半时，它的能量误差降到四分之一，而辛欧拉只降到一半。',
       ],
       set: { system: 'two', integrator: 'velocity-verlet', step: 2.5e-3 },
@@ -519,14 +554,15 @@ const stiffnessAtVertex = young => young * SPACING * (4 + 2 * Math.SQRT2);
 const springs = {
   title: ['Springs', '弹簧'],
   lead: [
-    'A mesh becomes masses at its vertices and springs along its edges. The gradient has the unit vector of the ' +
-      'present edge: divide by the present length l, not by the rest length.',
-    '网格变成顶点上的质量和沿边的弹簧。梯度的方向是当前边的单位向量：要除以当前长度 l，而不是原长。',
+    'A mesh becomes masses at its vertices and springs along its edges. The gradient has the unit vector ' +
+      'of the present edge: divide by the present length l, not by the rest length.',
+    '网格化为顶点上的质点和沿边的弹簧。梯度的方向是当前边的单位向量：要除以当前长度 l，而不是原长。',
   ],
   formulas: [
     'E = \\frac{1}{2} k (l - l_0)^2 \\quad l = |x_1 - x_2| \\quad k = Y l_0',
     '\\frac{\\partial E}{\\partial x_1} = k (l - l_0) \\frac{x_1 - x_2}{l}',
-    'F = \\frac{x_1 - x_2}{l_0} \\quad \\Psi = \\mu (|F| - 1)^2 \\quad E = l_0 \\Psi \\quad k = \\frac{2 \\mu}{l_0}',
+    'F = \\frac{x_1 - x_2}{l_0} \\quad \\Psi = \\mu (|F| - 1)^2 \\quad E = l_0 \\Psi \\quad k = \\frac{2 ' +
+      '\\mu}{l_0}',
   ],
   theirs: say => `for a, b, rest in edges:
     d = x[a] - x[b]
@@ -588,12 +624,25 @@ for i in range(n):
     run => energyChart(run, 2),
   ],
   numbers: (run, v) => [
-    [['lowest point so far', '目前的最大下落'], `${sayNumber(Math.max(0, ...run.frames.map(({ fall }) => fall)))} m`],
     [
-      ['stable at every shape up to (bound of Gershgorin, by formula)', '任何形状下都稳定的步长（Gershgorin 界，公式）'],
+      ['lowest point so far', '目前的最大下落'],
+      `${sayNumber(Math.max(0, ...run.frames.map(({ fall }) => fall)))} m`,
+    ],
+    [
+      [
+        'stable at any deformation up to (Gershgorin, by formula)',
+        '任意变形下保证稳定的步长（Gershgorin 估计，公式）',
+      ],
       sayTime(2 / Math.sqrt(2 * stiffnessAtVertex(v.young))),
     ],
-    ...(run.limit ? [[['largest stable step at the start, by pliant', '初始形状的最大稳定步长（pliant 计算）'], sayTime(run.limit)]] : []),
+    ...(run.limit
+      ? [
+          [
+            ['largest stable step at the start, by pliant', '初始形状的最大稳定步长（pliant 计算）'],
+            sayTime(run.limit),
+          ],
+        ]
+      : []),
   ],
   tries: [
     {
@@ -667,8 +716,9 @@ function principalStretches([[a, b], [c, d]]) {
 const deformation = {
   title: ['Deformation and materials', '变形与材料'],
   lead: [
-    'Near a point, a deformation is x = F X + t. A useful energy density Ψ(F) does not change when the body is ' +
-      'rotated. The square shows one F everywhere, and pliant’s energy, a dot, lies on the curve of the formula.',
+    'Near a point, a deformation is x = F X + t. A useful energy density Ψ(F) does not change when the ' +
+      'body is rotated. The square shows one F everywhere, and pliant’s energy, a dot, lies on the curve ' +
+      'of the formula.',
     '在一点附近，变形可写成 x = F X + t。有用的能量密度 Ψ(F) 在物体转动时不变。图中的方块处处具有同一个 F；圆点是 pliant 算出的能量，正好落在公式曲线上。',
   ],
   formulas: [
@@ -687,8 +737,8 @@ def stvk(F):
     E = 0.5 * (F.T @ F - I)       # ${say(['Green strain', 'Green 应变'])}
     return F @ (2 * mu * E + lam * trace(E) * I)`,
   oursNote: [
-    'The material is one key. `position` starts the square with a given F; nothing holds it, so Continue lets ' +
-      'it spring back.',
+    'The material is one key. `position` starts the square with a given F; nothing holds it, so Continue ' +
+      'lets it spring back.',
     '材料只是一个键。`position` 让方块从给定的 F 开始；没有约束，按“继续”它就会弹回去。',
   ],
   values: { material: 'corotated', stretch: 1.4, shear: 0.3, angle: 0, poisson: 0.3, young: 1e4 },
@@ -751,30 +801,42 @@ ${OUTPUT}`;
       [[a, b], [c, d]] = F;
     return [
       ['J = det F', sayNumber(a * d - b * c)],
-      [['principal stretches', '主拉伸'], principalStretches(F).map(s => sayNumber(s)).join(', ')],
+      [
+        ['principal stretches', '主拉伸'],
+        principalStretches(F)
+          .map(s => sayNumber(s))
+          .join(', '),
+      ],
       [['Ψ by the formula', '公式给出的 Ψ'], `${sayNumber(formula, 5)} J/m³`],
       [['Ψ by pliant', 'pliant 给出的 Ψ'], `${sayNumber(own, 5)} J/m³`],
-      [['their relative difference', '二者的相对差'], sayNumber(Math.abs(own - formula) / Math.max(formula, 1e-9), 2)],
+      [
+        ['their relative difference', '二者的相对差'],
+        sayNumber(Math.abs(own - formula) / Math.max(formula, 1e-9), 2),
+      ],
     ];
   },
   tries: [
     {
       text: [
-        'Rotate only: no stretch, no shear. Ψ stays zero for two materials; the linear one mistakes a rotation ' +
-          'for a strain.',
+        'Rotate only: no stretch, no shear. Ψ stays zero for two materials; the linear one mistakes a ' +
+          'rotation for a strain.',
         '只转动，不拉伸也不剪切：两种材料的 Ψ 为零，线弹性却把转动误当成应变。',
       ],
       set: { material: 'linear', stretch: 1, shear: 0, angle: 60 },
     },
     {
       text: [
-        'Compress to 0.3. St. Venant–Kirchhoff softens: its curve flattens, and the force that resists falls.',
+        'Compress to 0.3. St. Venant–Kirchhoff softens: its curve flattens, and the force that resists ' +
+          'falls.',
         '压缩到 0.3：St. Venant–Kirchhoff 变软，曲线变平，抵抗的力反而减小。',
       ],
       set: { material: 'stvk', stretch: 0.3, shear: 0, angle: 0, poisson: 0 },
     },
     {
-      text: ['Press Continue. The square springs back and overshoots.', '按“继续”，方块弹回并越过原来的形状。'],
+      text: [
+        'Press Continue. The square springs back and overshoots.',
+        '按“继续”，方块弹回并越过原来的形状。',
+      ],
       set: { material: 'corotated', stretch: 1.4, shear: 0.3, angle: 0, poisson: 0.3 },
     },
   ],
@@ -788,7 +850,9 @@ const deflectionByTheory = (() => {
   const { length, height, young, density, gravity } = STRIP,
     load = density * gravity * height,
     inertia = height ** 3 / 12;
-  return (load * length ** 4) / (8 * young * inertia) + (load * length ** 2) / (2 * (5 / 6) * (young / 2) * height);
+  return (
+    (load * length ** 4) / (8 * young * inertia) + (load * length ** 2) / (2 * (5 / 6) * (young / 2) * height)
+  );
 })();
 const strip = v => `title = "A beam under its own weight"
 dimension = 2
@@ -824,14 +888,16 @@ function endHeight(positions, first) {
 const elements = {
   title: ['Linear finite elements', '线性有限元'],
   lead: [
-    'A triangle has the edge matrices Dₘ at rest and Dₛ now, and so one F. Its energy is the rest area times ' +
-      'Ψ(F). Linear triangles are too stiff in bending: they lock. The beam below has an answer by beam theory.',
+    'A triangle has the edge matrices Dₘ at rest and Dₛ now, and so one F. Its energy is the rest area ' +
+      'times Ψ(F). Linear triangles are too stiff in bending: they lock. The beam below has an answer by ' +
+      'beam theory.',
     '三角形的边矩阵在参考构形中为 Dₘ，当前为 Dₛ，由此得到唯一的 F。单元的能量等于参考面积乘 Ψ(F)。线性三角形弯曲时偏硬，即“剪切自锁”。下面的梁可以与梁理论对照。',
   ],
   formulas: [
     'F = D_s D_m^{-1} \\quad E = w \\Psi(F) \\quad P = \\frac{\\partial \\Psi}{\\partial F}',
     'H = w P D_m^{-T} \\quad f_1 = -h_1 \\quad f_2 = -h_2 \\quad f_3 = h_1 + h_2',
-    'u = \\frac{q L^4}{8 E I} + \\frac{q L^2}{2 \\kappa G A} \\quad I = \\frac{b^3}{12} \\quad A = b \\quad \\kappa = \\frac{5}{6}',
+    'u = \\frac{q L^4}{8 E I} + \\frac{q L^2}{2 \\kappa G A} \\quad I = \\frac{b^3}{12} \\quad A = b ' +
+      '\\quad \\kappa = \\frac{5}{6}',
   ],
   theirs: say => `for t, (i, j, k) in enumerate(triangles):
     Ds = columns(x[i] - x[k], x[j] - x[k])
@@ -845,8 +911,8 @@ for i in range(n):
     v[i] += h * (f[i] / m[i] + g)
     x[i] += h * v[i]`,
   oursNote: [
-    '`elastic` makes the triangles finite elements. `order = 2` gives them nodes at mid-edges, which do not ' +
-      'lock. Damping and implicit steps bring the beam to rest quickly.',
+    '`elastic` makes the triangles finite elements. `order = 2` gives them nodes at mid-edges, which do ' +
+      'not lock. Damping and implicit steps bring the beam to rest quickly.',
     '`elastic` 把三角形变成有限元。`order = 2` 在边中点加节点，消除自锁。阻尼和隐式步长使梁很快静止。',
   ],
   values: { cells: 3, order: 1 },
@@ -883,7 +949,8 @@ for i in range(n):
   }),
   ended: (run, v) => {
     const fall = run.frames.at(-1)?.fall;
-    if (fall > 0) run.session.set(`${v.order} ${v.cells}`, { ...v, error: Math.abs(fall / deflectionByTheory - 1) });
+    if (fall > 0)
+      run.session.set(`${v.order} ${v.cells}`, { ...v, error: Math.abs(fall / deflectionByTheory - 1) });
   },
   charts: [
     run => ({
@@ -901,7 +968,8 @@ for i in range(n):
       ],
     }),
     run => {
-      const measured = order => [...run.session.values()].filter(v => v.order === order).map(v => [v.cells, v.error]);
+      const measured = order =>
+        [...run.session.values()].filter(v => v.order === order).map(v => [v.cells, v.error]);
       const error = n => 1 - 1 / (1 + 4 / (n * n));
       return {
         name: say(['relative error of the deflection, over n', '挠度的相对误差，随 n 变化']),
@@ -912,12 +980,12 @@ for i in range(n):
             points: curve(error, 0.9, 9, { log: true }),
             colour: 1,
             dashed: true,
-            name: say(['estimate: 1 + 4/n² times too stiff', '估计：硬 1 + 4/n² 倍']),
+            name: say(['estimate: 1 + 4/n² times as stiff', '估计：刚度为精确值的 1 + 4/n² 倍']),
           },
         ],
         dots: [
-          { points: measured(1), colour: 0, name: say(['linear, measured', '线性，实测']) },
-          { points: measured(2), colour: 2, name: say(['quadratic, measured', '二次，实测']) },
+          { points: measured(1), colour: 0, name: say(['linear, measured', '线性（计算结果）']) },
+          { points: measured(2), colour: 2, name: say(['quadratic, measured', '二次（计算结果）']) },
         ],
       };
     },
@@ -935,7 +1003,7 @@ for i in range(n):
     {
       text: [
         'Set n = 1, 2, 4, 8 and wait for the end of each run. The dots follow the estimate.',
-        '依次取 n = 1、2、4、8，等每次运行结束，实测点沿估计曲线下降。',
+        '依次取 n = 1、2、4、8，等每次运行结束，圆点沿估计曲线下降。',
       ],
       set: { cells: 1, order: 1 },
     },
@@ -990,9 +1058,9 @@ const BODIES = {
 const inversion = {
   title: ['Inversion', '翻转'],
   lead: [
-    'A spring knows its length and nothing else. A finite element knows its orientation: det F is negative when ' +
-      'it is inverted. The beam starts mirrored, with every triangle inside out.',
-    '弹簧只知道自己的长度。有限元还知道自己的朝向：翻转时 det F 为负。梁从镜像状态开始，所有三角形都里外翻转。',
+    'A spring knows its length and nothing else. A finite element knows its orientation: det F is negative ' +
+      'when it is inverted. The beam starts mirrored, with every triangle inside out.',
+    '弹簧只知道自己的长度。有限元还知道自己的朝向：翻转时 det F 为负。梁从镜像状态开始，所有三角形都处于翻转状态。',
   ],
   formulas: [
     text => `J = \\det F < 0 \\quad ${text(['inverted', '翻转'])}`,
@@ -1024,7 +1092,14 @@ inverted = sum(det(F[t]) < 0 for t in range(len(triangles)))`,
     },
   ],
   sliders: [
-    { key: 'young', name: ['Young’s modulus E, or Y', '杨氏模量 E 或 Y'], unit: 'Pa', min: 3e4, max: 3e6, log: true },
+    {
+      key: 'young',
+      name: ['Young’s modulus E, or Y', '杨氏模量 E 或 Y'],
+      unit: 'Pa',
+      min: 3e4,
+      max: 3e6,
+      log: true,
+    },
     { key: 'drag', name: ['drag', '介质阻力'], unit: '1/s', min: 0, max: 10, path: 'world.ether_drag' },
   ],
   scene: v => `title = "A mirrored beam"
@@ -1070,14 +1145,25 @@ ${OUTPUT}`,
       y: {},
       lines: [
         ...ownLines(run, 'frames', [['least', ofRun, 2]]),
-        { points: [[0, 0], [Math.max(2, run.time), 0]], colour: 1, dashed: true, name: 'J = 0' },
+        {
+          points: [
+            [0, 0],
+            [Math.max(2, run.time), 0],
+          ],
+          colour: 1,
+          dashed: true,
+          name: 'J = 0',
+        },
       ],
     }),
   ],
   numbers: run => {
     const last = run.frames.at(-1);
     return [
-      [['inverted triangles now', '当前翻转的三角形'], last ? `${last.inverted} / ${2 * CELLS[0] * CELLS[1]}` : '–'],
+      [
+        ['inverted triangles now', '当前翻转的三角形'],
+        last ? `${last.inverted} / ${2 * CELLS[0] * CELLS[1]}` : '–',
+      ],
       [['smallest J now', '当前最小的 J'], sayNumber(last?.least ?? NaN)],
     ];
   },
@@ -1085,7 +1171,7 @@ ${OUTPUT}`,
     {
       text: [
         'Corotated elements turn right side out: the count falls from 72 to 0.',
-        '共旋有限元会翻正：翻转数从 72 降到 0。',
+        '共旋有限元会恢复正向：翻转的三角形从 72 个降到 0 个。',
       ],
       set: { material: 'corotated', young: 3e5 },
     },
@@ -1108,10 +1194,11 @@ ${OUTPUT}`,
 
 // Step 8: the implicit cloth.
 
+const solverOf = v => (v.integrator === 'symplectic-euler' ? '' : `solver = { linear = "${v.linear}" }\n`);
 const clothScene = v => `title = "An implicit cloth"
 dimension = 3
 
-${timeTable({ ...v, duration: 4, more: v.integrator === 'symplectic-euler' ? '' : `solver = { linear = "${v.linear}" }\n` })}
+${timeTable({ ...v, duration: 4, more: solverOf(v) })}
 [world]
 gravity = [0.0, 0.0, -2.0]
 
@@ -1137,8 +1224,9 @@ ${OUTPUT}`;
 const cloth = {
   title: ['An implicit cloth', '隐式布料'],
   lead: [
-    'Implicit Euler solves for the velocity whose end point has the force that causes it. One Newton step from ' +
-      'the old positions makes this linear: one sparse system a step, at any step size, paid for by damping.',
+    'Implicit Euler solves for the velocity whose end point has the force that causes it. One Newton step ' +
+      'from the old positions makes this linear: one sparse system a step, at any step size, paid for by ' +
+      'damping.',
     '隐式欧拉要求新速度与终点处的力相一致。从旧位置做一步牛顿迭代，问题就成为线性的：每步解一个稀疏方程组，步长不受限制，代价是数值阻尼。',
   ],
   formulas: [
@@ -1238,8 +1326,8 @@ x = x + h * v`,
     },
     {
       text: [
-        'Choose a step of 50 ms, far beyond the limit of symplectic Euler. It is stable, and the cloth swings ' +
-          'back much less high.',
+        'Choose a step of 50 ms, far beyond the limit of symplectic Euler. It is stable, and the cloth ' +
+          'swings back much less high.',
         '步长取 50 ms，远超辛欧拉的极限：仍然稳定，但荡回的高度低得多。',
       ],
       set: { integrator: 'linearised-implicit-euler', step: 0.05 },
@@ -1257,14 +1345,19 @@ x = x + h * v`,
 // Step 9: a structure of one's own.
 
 const STRUCTURES = {
-  ring: v => `mesh = { annulus = { cells = [${v.cells}, ${12 * v.cells}], inner_radius = 0.2, outer_radius = 0.3 } }
-pin = [{ half_space = { normal = [0, -1], offset = -0.29 } }]`,
-  bridge: v => `mesh = { grid = { size = [1, 0.1], cells = [${10 * v.cells}, ${v.cells}], origin = [-0.5, 0] } }
+  ring: v => `pin = [{ half_space = { normal = [0, -1], offset = -0.29 } }]
+
+[body.mesh.annulus]
+cells = [${v.cells}, ${12 * v.cells}]
+inner_radius = 0.2
+outer_radius = 0.3`,
+  bridge:
+    v => `mesh = { grid = { size = [1, 0.1], cells = [${10 * v.cells}, ${v.cells}], origin = [-0.5, 0] } }
 pin = [
     { half_space = { normal = [1, 0], offset = -0.5 } },
     { half_space = { normal = [-1, 0], offset = -0.5 } },
 ]`,
-  flag: v => `mesh = { grid = { size = [0.5, 0.5], cells = [${3 * v.cells}, ${3 * v.cells}], origin = [0, 0] } }
+  flag: v => `mesh = { grid = { size = [0.5, 0.5], cells = [${3 * v.cells}, ${3 * v.cells}] } }
 pin = [{ box = { min = [0, 0.5], max = [0, 0.5] } }]`,
 };
 const VIEWS = {
@@ -1290,7 +1383,7 @@ gravity = [0, -9.81]
 
 [[body]]
 name = "structure"
-${v.energy === 'springs' ? `springs = { young = ${toml(v.young)} }` : `elastic = { corotated = { young = ${toml(v.young)}, poisson = 0.3 } }`}
+${BODIES[v.energy === 'springs' ? 'springs' : 'corotated'](v)}
 mass = { density = 1000 }
 ${STRUCTURES[v.structure](v)}
 
@@ -1299,13 +1392,14 @@ ${OUTPUT}`;
 const weave = {
   title: ['Weave your own structure', '编织自己的结构'],
   lead: [
-    'The last homework is a structure of your own, in springs or in finite elements. Choose a mesh and an energy ' +
-      'here, then open the scene in the editor and change anything.',
+    'The last homework is a structure of your own, in springs or in finite elements. Choose a mesh and an ' +
+      'energy here, then open the scene in the editor and change anything.',
     '最后的作业是用弹簧或有限元编织自己的结构。先在这里选网格和能量，再在编辑器中打开场景，随意修改。',
   ],
   formulas: [
     'M \\ddot{x} = -\\frac{\\partial E}{\\partial x} + M g',
-    'E_{\\text{springs}} = \\sum_e \\frac{1}{2} k_e (l_e - l_{0 e})^2 \\quad E_{\\text{elements}} = \\sum_t w_t \\Psi(F_t)',
+    'E_{\\text{springs}} = \\sum_e \\frac{1}{2} k_e (l_e - l_{0 e})^2 \\quad E_{\\text{elements}} = ' +
+      '\\sum_t w_t \\Psi(F_t)',
   ],
   theirs: say => `vertices, triangles = my_mesh()   # ${say(['any shape', '任意形状'])}
 edges = {sorted_pair(a, b) for t in triangles for a, b in sides(t)}
@@ -1316,8 +1410,8 @@ f[fixed] = 0
 v = v + h * f / m
 x = x + h * v`,
   oursNote: [
-    'A mesh, an energy, a mass and a pin: four lines of a body. Meshes come from generators, as here, from lists ' +
-      'of points, or from files.',
+    'A mesh, an energy, a mass and a pin: four lines of a body. Meshes come from generators, as here, from ' +
+      'lists of points, or from files.',
     '网格、能量、质量、固定：物体只需四行。网格可以像这里一样由生成器给出，也可以是点的列表或文件。',
   ],
   values: { structure: 'ring', energy: 'springs', cells: 3, young: 1e6, step: 2e-4 },
@@ -1378,8 +1472,8 @@ x = x + h * v`,
   tries: [
     {
       text: [
-        'Exchange springs for finite elements. The same number in the scene gives another stiffness: springs ' +
-          'along edges are no continuum.',
+        'Exchange springs for finite elements. The same number in the scene gives another stiffness: ' +
+          'springs along edges are no continuum.',
         '把弹簧换成有限元：场景里同样的数值对应不同的刚度，因为沿边的弹簧不是连续体。',
       ],
       set: { structure: 'ring', energy: 'elements' },
