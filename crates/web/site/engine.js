@@ -36,16 +36,17 @@ async function packedData(name) {
   return inflated(bytesOfBase64(loadedData.get(name)));
 }
 
-/** Bytes of the module, fetched once for all engines of a page. */
-const moduleBytes = (() => {
-  let bytes;
-  const get = async () => {
-    if (location.protocol === 'file:') return packedData('pliant.wasm');
-    const answer = await fetch(`${SITE}data/pliant.wasm.deflate`);
-    if (!answer.ok) throw new Error(`data/pliant.wasm.deflate: ${answer.status} ${answer.statusText}`);
-    return inflated(await answer.arrayBuffer());
-  };
-  return () => (bytes ??= get());
+async function moduleBytes() {
+  if (location.protocol === 'file:') return packedData('pliant.wasm');
+  const answer = await fetch(`${SITE}data/pliant.wasm.deflate`);
+  if (!answer.ok) throw new Error(`data/pliant.wasm.deflate: ${answer.status} ${answer.statusText}`);
+  return inflated(await answer.arrayBuffer());
+}
+
+/** The module, compiled once for all engines of a page. */
+const compiledModule = (() => {
+  let compiled;
+  return () => (compiled ??= moduleBytes().then(bytes => WebAssembly.compile(bytes)));
 })();
 
 /** Line and column, from 1, message and remedies of a scene that was refused. */
@@ -68,8 +69,8 @@ class Engine {
     document.addEventListener('visibilitychange', () => this.#tell({ do: 'sleep', on: document.hidden }));
     this.loaded = new Promise((done, failed) => Object.assign(this, { done, failed }));
     this.loaded.catch(() => {});
-    moduleBytes()
-      .then(bytes => this.#tell({ do: 'load', bytes }))
+    compiledModule()
+      .then(module => this.#tell({ do: 'load', module }))
       .catch(fault => this.#fault(String(fault)));
   }
 

@@ -9,7 +9,7 @@ const made = (name, properties, ...content) => {
 };
 
 /** The picture alone: player, sliders and charts are those of this page. */
-const FRAME_STYLE = `header, footer, #panel, #legend { display: none !important }
+const FRAME_STYLE = `header, footer, #panel, #legend, #notice { display: none !important }
 #scale { left: auto; right: 10px }`;
 const SPEEDS = [0.05, 0.1, 0.2, 0.25, 0.5, 1, 2, 5, null];
 const NOTCHES = 1000;
@@ -19,7 +19,9 @@ const MOST = 4000;
 const SHOWN_BEHIND = 12;
 /** Time without changes before a limit is computed or a link is written [ms]. */
 const CALM = 200;
-const ALLOWED = /allows at most ([-+.\de]+) s/;
+/** The limit in the message that refuses a larger step. */
+const ALLOWED = /allows at most ([-+.\de]+) (s|ms|us|µs|ns)\b/;
+const UNITS = { s: 1, ms: 1e-3, us: 1e-6, µs: 1e-6, ns: 1e-9 };
 
 /** Text in which `code` is marked. */
 function rich(text) {
@@ -116,7 +118,6 @@ class Slider {
     this.root.classList.toggle('above', limit?.binds === true && value > limit.value);
     if (this.mark.hidden) return;
     this.mark.style.setProperty('--at', part);
-    this.mark.classList.toggle('left', part > 0.5);
     this.mark.textContent = `${say(limit.name)} ${sayTime(limit.value)}`;
   }
 }
@@ -249,17 +250,16 @@ class LecturePage {
     });
     this.clock = made('output', { id: 'clock' });
     this.time = made('span', { id: 'time-of-step', title: '' });
-    this.hinted = made('div', { className: 'hint' });
+    this.hinted = made('span', {});
     return made(
       'div',
       { className: 'player' },
       this.playButton,
       button('oneStep', () => this.engine.ask({ do: 'step', count: 1 }), 'one-step'),
-      button('reset', () => this.engine.ask({ do: 'reset' }), 'reset'),
+      button('reset', () => this.#reset(), 'reset'),
       made('label', {}, this.text(made('span', {}), 'speed'), ' ', this.speeds),
       this.clock,
-      this.hinted,
-      this.time,
+      made('div', { className: 'below' }, this.hinted, this.time),
     );
   }
 
@@ -312,15 +312,15 @@ class LecturePage {
     }
   }
 
-  /** New values: set in the run where it can take them, else the scene is opened again. */
+  /** New values: set in the run where it goes on and can take them, else the scene is opened again. */
   change(set) {
     const old = this.values;
     this.values = { ...old, ...set };
     const changed = Object.keys(this.values).filter(key => this.values[key] !== old[key]);
     this.#changed();
-    const paths = changed.map(key => this.#path(key));
-    if (changed.length === 1 && paths[0] && this.isOpen) this.#set(paths[0], this.values[changed[0]]);
-    else if (changed.length) this.restart();
+    const path = changed.length === 1 && this.#path(changed[0]);
+    if (path && this.isOpen && !this.ended) this.#set(path, this.values[changed[0]]);
+    else this.restart();
   }
 
   #path(key) {
@@ -474,6 +474,11 @@ class LecturePage {
     });
   }
 
+  async #reset() {
+    await this.engine.ask({ do: 'reset' });
+    if (!this.step.paused) this.play(true);
+  }
+
   play(on) {
     this.engine.ask({ do: on ? 'continue' : 'pause' });
   }
@@ -499,7 +504,7 @@ class LecturePage {
     const { refusal } = scene ? await this.prober.open(scene) : {};
     if (this.probed !== scene) return;
     const found = ALLOWED.exec(refusal?.message ?? '');
-    this.run.limit = found ? Number(found[1]) : null;
+    this.run.limit = found ? Number(found[1]) * UNITS[found[2]] : null;
     this.#refresh();
   }
 

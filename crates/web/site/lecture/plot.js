@@ -56,7 +56,8 @@ class Plot {
   show(chart) {
     this.chart = chart;
     this.canvas.setAttribute('aria-label', chart.name);
-    const shown = [...chart.lines, ...(chart.dots ?? [])].filter(({ name }) => name);
+    const dots = (chart.dots ?? []).map(each => ({ ...each, dot: true })),
+      shown = [...chart.lines, ...dots].filter(({ name }) => name);
     const faint = chart.lines.find(line => line.faint);
     if (faint) shown.push({ ...faint, name: say('before') });
     const key = JSON.stringify(shown.map(({ name, colour, dashed, faint }) => [name, colour, dashed, faint]));
@@ -67,12 +68,13 @@ class Plot {
 
   #describe(shown) {
     this.legend.replaceChildren(
-      ...shown.map(({ name, colour, dashed, faint }) => {
+      ...shown.map(({ name, colour, dashed, faint, dot }) => {
         const label = document.createElement('span');
         label.textContent = name;
         label.style.setProperty('--line', PLOT_COLOURS[colour]);
         label.classList.toggle('dashed', Boolean(dashed));
         label.classList.toggle('faint', Boolean(faint));
+        label.classList.toggle('dot', Boolean(dot));
         return label;
       }),
     );
