@@ -45,6 +45,7 @@ function pliantWorker() {
   /** Makes calls to `advance` that let messages in between. */
   const { port1: turn, port2: next } = new MessageChannel();
   let compiled, module, page, timer;
+  let firsts = [];
   let running = false,
     asleep = false,
     turning = false;
@@ -149,14 +150,14 @@ function pliantWorker() {
       files.clear();
       module?.wasm.forget_files();
     },
-    /** Opens a scene; these commands are given before its first step. */
+    /** Opens a scene; these commands are given before its first step, once a page has connected. */
     open({ number, text, before }) {
       running = false;
+      firsts = before;
       ready();
       const status = module.call('open', bytesOf(text)),
         answer = module.text();
       running = status === 0;
-      for (const first of running ? before : []) module.call('command', bytesOf(JSON.stringify(first)));
       work = { since: performance.now(), ms: 0, from: 0, step: 0 };
       tell('opened', { number, status, text: answer });
     },
@@ -169,6 +170,8 @@ function pliantWorker() {
       }
       if (!running) return;
       module.wasm.greet();
+      for (const first of firsts) module.call('command', bytesOf(JSON.stringify(first)));
+      firsts = [];
       relay();
       soon();
     },
