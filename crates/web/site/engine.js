@@ -119,6 +119,8 @@ class Engine {
   /** Opens a scene: `{ html }`, or what was wrong with it: `{ refusal }`, or `{ fault }`. */
   async open(text, before = []) {
     await this.loaded;
+    // Nobody answers commands to the scene before.
+    for (const asked of this.asked.keys()) if (asked >= FIRST_COMMAND) this.#settle(asked, { ok: true });
     const number = ++this.number;
     const commands = before.map(command => ({ command: this.commands++, ...command }));
     const answer = this.#answer(number);

@@ -46,7 +46,9 @@ function pliantWorker() {
   const { port1: turn, port2: next } = new MessageChannel();
   let compiled, module, page, timer;
   let firsts = [];
-  let running = false,
+  /** A scene runs once a page has connected. */
+  let isOpen = false,
+    running = false,
     asleep = false,
     turning = false;
   let work = { since: 0, ms: 0, from: 0, step: 0 };
@@ -62,7 +64,7 @@ function pliantWorker() {
       // The module cannot even say what happened.
     }
     const message = told.length > 0 && told.length < 4000 ? told : String(fault);
-    [module, running] = [undefined, false];
+    [module, isOpen, running] = [undefined, false, false];
     tell('fault', { message });
   }
 
@@ -123,7 +125,11 @@ function pliantWorker() {
   };
 
   function command(text) {
-    if (!running) return;
+    if (!running) {
+      const refused = { type: 'reply', command: JSON.parse(text).command, ok: false, message: 'no scene runs' };
+      tell('text', { text: JSON.stringify(refused) });
+      return;
+    }
     module.call('command', bytesOf(text));
     soon();
   }
@@ -152,12 +158,12 @@ function pliantWorker() {
     },
     /** Opens a scene; these commands are given before its first step, once a page has connected. */
     open({ number, text, before }) {
-      running = false;
+      isOpen = running = false;
       firsts = before;
       ready();
       const status = module.call('open', bytesOf(text)),
         answer = module.text();
-      running = status === 0;
+      isOpen = status === 0;
       work = { since: performance.now(), ms: 0, from: 0, step: 0 };
       tell('opened', { number, status, text: answer });
     },
@@ -168,7 +174,8 @@ function pliantWorker() {
         page = port;
         page.onmessage = guarded(({ data }) => command(data));
       }
-      if (!running) return;
+      if (!isOpen) return;
+      running = true;
       module.wasm.greet();
       for (const first of firsts) module.call('command', bytesOf(JSON.stringify(first)));
       firsts = [];
@@ -181,8 +188,8 @@ function pliantWorker() {
       if (!on) soon();
     },
     download({ number }) {
-      const status = running ? module.call('download') : 1,
-        bytes = running ? module.result() : bytesOf('no scene is open');
+      const status = isOpen ? module.call('download') : 1,
+        bytes = isOpen ? module.result() : bytesOf('no scene is open');
       tell('downloaded', { number, status, bytes: bytes.buffer }, [bytes.buffer]);
     },
   };
