@@ -2,7 +2,7 @@
 // MODULE is the WebAssembly module, DIR the folder to write, PLIANT a native program whose time a step is
 // shown next to that of the browser.
 import { execFileSync } from 'node:child_process';
-import { cpSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { availableParallelism, cpus } from 'node:os';
 import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -62,7 +62,10 @@ function nativeTime(scene) {
   }
 }
 
-rmSync(folder, { recursive: true, force: true });
+// Only a folder that this script wrote is written over.
+const old = existsSync(folder) ? readdirSync(folder) : [];
+if (old.length && !existsSync(join(data, 'scenes.js'))) throw new Error(`${folder} has other files in it`);
+for (const name of old) rmSync(join(folder, name), { recursive: true });
 mkdirSync(join(folder, 'lecture'), { recursive: true });
 mkdirSync(data);
 for (const name of readdirSync(site).filter(name => /\.(html|js|css)$/.test(name))) {

@@ -553,7 +553,7 @@ function showContents() {
       'The lecture “Spatial and Temporal Discretization” builds a simulator of deformable bodies in nine ' +
         'steps. Each page has the formula, the core of the lecture’s program in our words, the same scene ' +
         'in pliant, and the run next to it: drag a slider, and the motion and the charts follow.',
-      '课程《空间与时间离散化》用九步搭建一个可变形体模拟器。每一页都有公式、课程程序的要点、pliant 中的同一场景，以及旁边正在运行的模拟：拖动滑块，运动和图表随之改变。',
+      '课程《空间与时间离散》用九步搭建一个可变形体仿真器。每一页都有公式、课程程序的要点、pliant 中的同一场景，以及旁边正在运行的仿真：拖动滑块，运动和图表随之改变。',
     ]),
     made(
       'ol',

@@ -63,7 +63,7 @@ const INTEGRATORS = [
 ];
 const integratorChoice = (...more) => ({
   key: 'integrator',
-  name: ['integrator', '积分方法'],
+  name: ['integrator', '积分器'],
   options: [...INTEGRATORS, ...more],
 });
 
@@ -324,7 +324,7 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
       text: [
         'Choose forward Euler. After n steps the energy has grown by (1 + h²ω²)ⁿ, for every step size. The ' +
           'formula ends where the spring is pressed through its support.',
-        '选择前向欧拉：无论步长多小，n 步之后能量都增长到 (1 + h²ω²)ⁿ 倍。当弹簧被压过支点时，公式不再适用。',
+        '选择前向欧拉：无论步长多小，n 步之后能量都增长到 (1 + h²ω²)ⁿ 倍。当弹簧被压过固定端时，公式不再适用。',
       ],
       set: { integrator: 'forward-euler', step: 0.02 },
     },
@@ -425,7 +425,7 @@ for i in range(n):
     },
     {
       key: 'integrator',
-      name: ['integrator', '积分方法'],
+      name: ['integrator', '积分器'],
       options: [...INTEGRATORS.slice(0, 2), ['velocity-verlet', ['velocity Verlet', '速度 Verlet']]],
     },
   ],
@@ -891,7 +891,7 @@ const elements = {
     'A triangle has the edge matrices Dₘ at rest and Dₛ now, and so one F. Its energy is the rest area ' +
       'times Ψ(F). Linear triangles are too stiff in bending: they lock. The beam below has an answer by ' +
       'beam theory.',
-    '三角形的边矩阵在参考构形中为 Dₘ，当前为 Dₛ，由此得到唯一的 F。单元的能量等于参考面积乘 Ψ(F)。线性三角形弯曲时偏硬，即“剪切自锁”。下面的梁可以与梁理论对照。',
+    '三角形的边矩阵在参考构型中为 Dₘ，当前为 Dₛ，由此得到唯一的 F。单元的能量等于参考面积乘 Ψ(F)。线性三角形弯曲时偏硬，即“剪切闭锁”。下面的梁可以与梁理论对照。',
   ],
   formulas: [
     'F = D_s D_m^{-1} \\quad E = w \\Psi(F) \\quad P = \\frac{\\partial \\Psi}{\\partial F}',
@@ -913,7 +913,7 @@ for i in range(n):
   oursNote: [
     '`elastic` makes the triangles finite elements. `order = 2` gives them nodes at mid-edges, which do ' +
       'not lock. Damping and implicit steps bring the beam to rest quickly.',
-    '`elastic` 把三角形变成有限元。`order = 2` 在边中点加节点，消除自锁。阻尼和隐式步长使梁很快静止。',
+    '`elastic` 把三角形变成有限元。`order = 2` 在边中点加节点，消除闭锁。阻尼和隐式步长使梁很快静止。',
   ],
   values: { cells: 3, order: 1 },
   choices: [
@@ -1060,7 +1060,7 @@ const inversion = {
   lead: [
     'A spring knows its length and nothing else. A finite element knows its orientation: det F is negative ' +
       'when it is inverted. The beam starts mirrored, with every triangle inside out.',
-    '弹簧只知道自己的长度。有限元还知道自己的朝向：翻转时 det F 为负。梁从镜像状态开始，所有三角形都处于翻转状态。',
+    '弹簧只知道自己的长度。有限单元还知道自己的定向：翻转时 det F 为负。梁从镜像状态开始，所有三角形都处于翻转状态。',
   ],
   formulas: [
     text => `J = \\det F < 0 \\quad ${text(['inverted', '翻转'])}`,
@@ -1171,14 +1171,14 @@ ${OUTPUT}`,
     {
       text: [
         'Corotated elements turn right side out: the count falls from 72 to 0.',
-        '共旋有限元会恢复正向：翻转的三角形从 72 个降到 0 个。',
+        '共旋材料的单元会翻正：翻转的三角形从 72 个降到 0 个。',
       ],
       set: { material: 'corotated', young: 3e5 },
     },
     {
       text: [
         'Springs do not notice. The beam swings below its support mirrored: most triangles stay inverted.',
-        '弹簧毫无察觉：梁以镜像状态在支承下方摆动，大部分三角形始终翻转。',
+        '弹簧毫无察觉：梁以镜像状态在固定端下方摆动，大部分三角形始终翻转。',
       ],
       set: { material: 'springs', young: 3e5 },
     },
@@ -1252,7 +1252,7 @@ x = x + h * v`,
   choices: [
     {
       key: 'integrator',
-      name: ['integrator', '积分方法'],
+      name: ['integrator', '积分器'],
       options: [
         ['linearised-implicit-euler', ['implicit Euler, one solve', '隐式欧拉，解一次']],
         ['implicit-euler', ['implicit Euler, Newton', '隐式欧拉，牛顿迭代']],
