@@ -35,6 +35,7 @@ const TEXTS = {
   language: ['中文', 'English'],
   loading: ['Loading the simulator', '正在载入仿真器'],
   opening: ['Assembling the scene', '正在组装场景'],
+  colon: [': ', '：'],
   line: ['line', '第'],
   lineAfter: ['', '行'],
   column: ['column', '第'],

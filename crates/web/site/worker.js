@@ -126,7 +126,12 @@ function pliantWorker() {
 
   function command(text) {
     if (!running) {
-      const refused = { type: 'reply', command: JSON.parse(text).command, ok: false, message: 'no scene runs' };
+      const refused = {
+        type: 'reply',
+        command: JSON.parse(text).command,
+        ok: false,
+        message: 'no scene runs',
+      };
       tell('text', { text: JSON.stringify(refused) });
       return;
     }

@@ -147,6 +147,60 @@ async function theLimitIsAMarkAndLargerStepsAreRefused(browser, site) {
   await page.close();
 }
 
+/** Sliders that are dragged without a pause, on every page: what runs in the end are the last values. */
+async function aHandThatDragsIsFollowed(browser, site) {
+  for (let step = 1; step <= STEPS; step++) {
+    const page = await lesson(browser, site, step);
+    await page.until(() => lecturePage.run.first);
+    await page.evaluate(async () => {
+      for (let k = 0; k < 60; k++) {
+        const { sliders, step } = lecturePage,
+          { range } = sliders[k % sliders.length];
+        // Steps stay below their limits, which the end of the drag is to run with.
+        const least = Number(range.min),
+          part = range.closest('.limited') ? 0.2 : 0.5;
+        range.value = least + (range.max - least) * part * (0.5 + 0.5 * Math.sin(0.3 * k));
+        range.dispatchEvent(new Event('input'));
+        if (k % 3 === 0) await new Promise(go => setTimeout(go, 20));
+      }
+    });
+    await page.until(() => !lecturePage.busy && !lecturePage.setting && lecturePage.run.states.length > 0);
+    if (step === 5) await page.click('#play');
+    await page.until(() => lecturePage.run.time > 0);
+    assert.deepEqual(
+      await page.evaluate(() => document.querySelector('.notice.bad:not([hidden])')?.textContent),
+      undefined,
+    );
+    const controls = await page.evaluate(() => {
+      const { rows } = lecturePage.frame.contentWindow.pliant.view.controls;
+      const { values, step } = lecturePage;
+      return step.sliders
+        .map(({ key, path }) => [typeof path === 'function' ? path(values) : path, values[key]])
+        .filter(([path]) => path)
+        .map(([path, wanted]) => [path, rows.get(path).control.value, wanted]);
+    });
+    for (const [path, own, wanted] of controls) {
+      assert.ok(
+        Math.abs(own - wanted) <= 1e-3 * Math.abs(wanted),
+        `step ${step}: ${path} is ${own}, not ${wanted}`,
+      );
+    }
+    assert.deepEqual(page.faults, [], `step ${step}`);
+    await page.close();
+  }
+}
+
+async function aStoppedModuleIsReplaced(browser, site) {
+  const page = await openEditor(browser, site);
+  const runs = () => document.getElementById('page').contentWindow?.pliant?.view?.shown?.step > 5;
+  await page.until(runs);
+  await page.evaluate(() => shell.engine.worker.postMessage({ do: 'what no worker can' }));
+  await page.until(() => /stopped/.test(document.getElementById('wait').textContent));
+  await page.click('#run');
+  await page.until(runs);
+  await page.close();
+}
+
 async function energiesFollowTheirFormulas(browser, site) {
   const page = await lesson(browser, site, 2);
   for (const [name, power] of [
@@ -348,6 +402,8 @@ const CHECKS = [
   everyStepRuns,
   aSliderChangesTheMotion,
   theLimitIsAMarkAndLargerStepsAreRefused,
+  aHandThatDragsIsFollowed,
+  aStoppedModuleIsReplaced,
   energiesFollowTheirFormulas,
   densitiesAreThoseOfTheFormula,
   quadraticElementsMeetBeamTheory,

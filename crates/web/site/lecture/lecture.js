@@ -214,7 +214,9 @@ class LecturePage {
   #ends() {
     const link = (number, name) => {
       if (number < 1 || number > STEPS.length) return made('span', {});
-      const title = [0, 1].map(k => `${TEXTS[name][k]}: ${number} ${STEPS[number - 1].title[k]}`);
+      const title = [0, 1].map(
+        k => `${TEXTS[name][k]}${TEXTS.colon[k]}${number} ${STEPS[number - 1].title[k]}`,
+      );
       return this.text(made('a', { href: `${number}.html` }), title);
     };
     return made(
@@ -319,7 +321,7 @@ class LecturePage {
     const changed = Object.keys(this.values).filter(key => this.values[key] !== old[key]);
     this.#changed();
     const path = changed.length === 1 && this.#path(changed[0]);
-    if (path && this.isOpen && !this.ended) this.#set(path, this.values[changed[0]]);
+    if (path && this.isOpen && !this.busy && !this.ended) this.#set(path, this.values[changed[0]]);
     else this.restart();
   }
 
@@ -337,7 +339,9 @@ class LecturePage {
       const next = this.wanted;
       this.wanted = null;
       const reply = await this.engine.ask({ do: 'set', ...next });
-      if (reply.ok) this.#tell(null);
+      // A scene that is opened meanwhile has the value.
+      if (this.busy) this.wanted = null;
+      else if (reply.ok) this.#tell(null);
       else this.#tell(reply.message, true);
     }
     this.setting = false;
@@ -382,12 +386,10 @@ class LecturePage {
       this.shape = undefined;
       return;
     }
-    const remedies = refusal.remedies.map(({ kind, words }) => `${say(kind)}: ${words}`);
-    const place = sayPlace(refusal);
-    this.#tell(
-      [`${say('refused')}${say('english')}`, place && `${place}: ${refusal.message}`, ...remedies].join('\n'),
-      true,
-    );
+    const remedies = refusal.remedies.map(({ kind, words }) => say(kind) + say('colon') + words);
+    const place = sayPlace(refusal),
+      message = place ? place + say('colon') + refusal.message : refusal.message;
+    this.#tell([say('refused') + say('english'), message, ...remedies].join('\n'), true);
     this.#soon();
   }
 

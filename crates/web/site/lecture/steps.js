@@ -278,8 +278,7 @@ def implicit(x, v):               # ${say(['solved for a linear force', '线性�
   frame: () => null,
   charts: [
     (run, v) => {
-      const first = run.states[0]?.total ?? 1;
-      const own = samples => samples.map(({ time, total }) => [time, total / first]);
+      const own = samples => samples.map(({ time, total }) => [time, total / samples[0].total]);
       return {
         name: say(['energy, over that of the start', '能量与初始能量之比']),
         x: { label: say(seconds), low: 0, high: Math.max(4, run.time) },
