@@ -87,9 +87,9 @@ const TEXTS = {
   refused: ['pliant refuses this scene', 'pliant 拒绝此场景'],
   failed: ['The run has stopped', '运行已停止'],
   english: ['', '（程序消息为英文）'],
-  nativeRuns: [
-    'All numbers on this page come from this run or from a formula.',
-    '本页的数字都来自这次运行或公式。',
+  numbers: [
+    'All numbers on these pages come from the run next to them or from a formula.',
+    '这些页面上的数字都来自旁边的运行或公式。',
   ],
 };
 

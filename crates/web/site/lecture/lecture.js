@@ -367,6 +367,8 @@ class LecturePage {
       .open(step.scene(values), before)
       .catch(fault => ({ fault }));
     this.run = this.run.next();
+    // A run of something else is no comparison.
+    if (this.of && step.kind?.(values) !== step.kind?.(this.of)) this.run.before = null;
     [this.of, this.ended, this.isOpen, this.failed] = [values, false, Boolean(html), false];
     if (!html) {
       this.#refused(refusal, fault);
@@ -564,7 +566,7 @@ function showContents() {
         made('li', {}, text(made('a', { href: `${k + 1}.html` }), title), text(made('p', {}), lead)),
       ),
     ),
-    text(made('p', { className: 'small' }), 'nativeRuns'),
+    text(made('p', { className: 'small' }), 'numbers'),
     text(made('p', { className: 'small' }), 'limitsHint'),
   );
   settings.listeners.push(() => {

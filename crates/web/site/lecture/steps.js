@@ -1,5 +1,14 @@
-// The nine steps of the lecture as data: formulas, code, scene, sliders, charts, and what to try. Texts are
-// pairs of English and Chinese. How to add one: a further entry of `STEPS`, and its number in `make.mjs`.
+// The nine steps of the lecture as data. Texts are pairs of English and Chinese. How to add one: a further entry
+// of `STEPS`, and its number in `make.mjs`. An entry has
+// - `title`, `lead`, `formulas` (notation of `formulas.js`), `theirs` (code), `oursNote`, `tries`;
+// - `values` with `choices` and `sliders`: one with a `path` is set while the scene runs, others open it again;
+// - `scene(values)`: its text; `shape(values)`: scenes of one shape have one mesh and share a page of the run;
+//   `kind(values)`: runs of another kind are not shown behind; `view`: the box that the picture begins with;
+// - `limit`: a scene whose step is refused by a message with the largest stable one, a mark on `slider`;
+// - `end(values)` [s], `speed`, `paused`: how far, how fast, and whether it waits for Continue;
+// - `state(state, values, run)` and `frame(frame, values, run)`: what charts need of a message of the run;
+//   `ended(run, values)`: what is kept of a run at its end;
+// - `charts`: `(run, values) => chart` for `Plot`; `numbers(run, values)`: rows of a name and a text.
 'use strict';
 
 /** A number as it stands in a scene. */
@@ -456,6 +465,7 @@ dimension = ${isTwo(v) ? 2 : 3}
 ${timeTable({ ...v, duration: 20, more: v.integrator === 'forward-euler' ? allow : '' })}
 ${isTwo(v) ? twoBodies : manyBodies(v)}
 ${OUTPUT}`,
+  kind: v => v.system,
   shape: v => (isTwo(v) ? 'two' : `many ${Math.round(v.count)}`),
   view: v =>
     isTwo(v)
@@ -1447,6 +1457,7 @@ x = x + h * v`,
     { ...STEP_SIZE, min: 2e-5, max: 5e-3 },
   ],
   scene: woven,
+  kind: v => v.structure,
   shape: v => `${v.structure} ${v.cells} ${v.energy}`,
   view: v => VIEWS[v.structure],
   limit: { slider: 'step', scene: v => woven({ ...v, step: HUGE_STEP }) },
