@@ -16,6 +16,9 @@ async function throughStream(bytes, stream) {
 const inflated = bytes => throughStream(bytes, new DecompressionStream('deflate-raw'));
 const deflated = bytes => throughStream(bytes, new CompressionStream('deflate-raw'));
 
+/** Messages of the worker that answer an order by its number. */
+const ANSWERS = new Set(['opened', 'downloaded', 'positions']);
+
 /** Data of the site by name: scripts that hold them call `pliantData(name, base64)`. */
 const loadedData = new Map();
 window.pliantData = (name, base64) => loadedData.set(name, base64);
@@ -52,7 +55,10 @@ const compiledModule = (() => {
 /** Line and column, from 1, message and remedies of a scene that was refused. */
 function readRefusal(text) {
   const { message, line, column, rendered = '' } = JSON.parse(text);
-  const remedies = [...rendered.matchAll(/= (help|note): (.*)/g)].map(([, kind, words]) => ({ kind, words }));
+  const remedies = [...rendered.matchAll(/= (help|note): (.*)/g)].map(([, kind, words]) => ({
+    kind,
+    words,
+  }));
   return { message, line: line ?? null, column: column ?? null, rendered, remedies };
 }
 
@@ -93,7 +99,7 @@ class Engine {
   #take({ event, ...data }) {
     if (event === 'loaded') this.done();
     else if (event === 'fault') this.#fault(data.message);
-    else if (event === 'opened' || event === 'downloaded') this.#settle(data.number, data);
+    else if (ANSWERS.has(event)) this.#settle(data.number, data);
     else if (event === 'work') this.on.work?.(data);
     else if (event === 'frame') this.on.frame?.(data.bytes);
     else if (event === 'text') this.#text(JSON.parse(data.text));
@@ -172,6 +178,15 @@ class Engine {
     const { status, bytes, text } = await answer;
     if (status === 0) return { bytes };
     return { message: text ?? new TextDecoder().decode(bytes) };
+  }
+
+  /** Steps that give so many bytes of positions: `{ steps, sha256 }`, or `{ text }` that says why not. */
+  async positions(text, length) {
+    await this.loaded;
+    const number = ++this.number,
+      answer = this.#answer(number);
+    this.#tell({ do: 'positions', number, text, length });
+    return answer;
   }
 
   end() {

@@ -1,15 +1,17 @@
-// Makes the folder of static files of the browser build: node make.mjs MODULE DIR [PLIANT].
+// Makes the folder of static files of the browser build: node make.mjs MODULE DIR [PLIANT [BITS]].
 // MODULE is the WebAssembly module, DIR the folder to write, PLIANT a native program whose time a step is
-// shown next to that of the browser.
+// shown next to that of the browser. BITS is a folder with the positions after each step, `NAME.f64` for each
+// scene, as the native program has written them: the pages compare them.
 import { execFileSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { availableParallelism, cpus } from 'node:os';
 import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { createHash } from 'node:crypto';
 import { deflateRawSync } from 'node:zlib';
 
-const [, , modulePath, folder, program] = process.argv;
-if (!folder) throw new Error('usage: node make.mjs MODULE DIR [PLIANT]');
+const [, , modulePath, folder, program, bits] = process.argv;
+if (!folder) throw new Error('usage: node make.mjs MODULE DIR [PLIANT [BITS]]');
 const site = dirname(fileURLToPath(import.meta.url)),
   scenes = join(site, '../../../scenes'),
   data = join(folder, 'data');
@@ -62,6 +64,14 @@ function nativeTime(scene) {
   }
 }
 
+/** Length and SHA-256 of the positions that the native program has written; undefined without them. */
+function nativeBits(scene) {
+  const path = bits && join(bits, `${scene.name}.f64`);
+  if (!path || !existsSync(path)) return undefined;
+  const positions = readFileSync(path);
+  return { length: positions.length, sha256: createHash('sha256').update(positions).digest('hex') };
+}
+
 // Only a folder that this script wrote is written over.
 const old = existsSync(folder) ? readdirSync(folder) : [];
 if (old.length && !existsSync(join(data, 'scenes.js'))) throw new Error(`${folder} has other files in it`);
@@ -97,7 +107,11 @@ const native = program
       times: Object.fromEntries(shipped.map(scene => [scene.name, nativeTime(scene)])),
     }
   : null;
-writeFileSync(join(data, 'native.js'), `window.pliantNative = ${JSON.stringify(native)};\n`);
+const written = Object.fromEntries(shipped.map(scene => [scene.name, nativeBits(scene)]));
+writeFileSync(
+  join(data, 'native.js'),
+  `window.pliantNative = ${JSON.stringify(native)};\nwindow.pliantBits = ${JSON.stringify(written)};\n`,
+);
 console.log(
   `${folder}: ${shipped.length} scenes, module ${module.length} bytes, packed ${packed.length} bytes`,
 );

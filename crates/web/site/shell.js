@@ -38,6 +38,7 @@ class Shell {
     on('add', 'click', () => by('files').click());
     on('files', 'change', () => this.take(by('files').files));
     on('download', 'click', () => this.download());
+    on('bits', 'click', () => this.compareBits());
     on('language', 'click', () => settings.turnLanguage());
     on('theme', 'click', () => settings.turnTheme());
     on('shipped', 'change', () => this.openShipped(by('shipped').value));
@@ -213,7 +214,12 @@ class Shell {
     const remedies = refusal.remedies.map(({ kind, words }) =>
       made('p', { className: kind }, made('b', {}, say(kind)), ' ', words),
     );
-    const whole = made('details', {}, made('summary', {}, say('details')), made('pre', {}, refusal.rendered));
+    const whole = made(
+      'details',
+      {},
+      made('summary', {}, say('details')),
+      made('pre', {}, refusal.rendered),
+    );
     const place = made('small', {}, sayPlace(refusal));
     this.field.mark(refusal, close, place, made('p', {}, refusal.message), ...remedies, whole);
   }
@@ -242,6 +248,20 @@ class Shell {
       by('times').title = `${say('nativeHint')} ${machine}, ${threads} ${say('threads')}`;
     } else by('times').title = '';
     by('times').textContent = parts.join(' · ');
+    by('bits').hidden = !window.pliantBits?.[this.name];
+  }
+
+  /** Takes the first steps of the example scene in a worker of its own. */
+  async compareBits() {
+    const { length, sha256 } = pliantBits[this.name],
+      scene = pliantScenes.find(({ name }) => name === this.name),
+      engine = new Engine();
+    this.#say(say('comparing'));
+    for (const file of scene.files) engine.file(file, this.files.get(file));
+    const own = await engine.positions(scene.text, length);
+    engine.end();
+    const words = own.sha256 === sha256 ? say('bitsEqual') : say('bitsDiffer');
+    this.#say(own.sha256 ? words.replace('{}', own.steps).replace('{}', sha256.slice(0, 16)) : own.text);
   }
 
   async copyLink() {

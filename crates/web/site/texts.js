@@ -55,10 +55,21 @@ const TEXTS = {
   threads: ['threads', '线程'],
   limits: ['One thread, no AVX', '单线程，无 AVX'],
   limitsHint: [
-    'The browser runs the same program on one thread and without AVX. Positions have the same bits as ' +
-      'those of the native program; each step takes longer.',
-    '浏览器中运行的是同一个程序，但只用单线程，也没有 AVX 指令。位置的每一位都与原生程序相同，只是每一步更慢。',
+    'The browser runs the same program on one thread and without AVX: each step takes longer. Positions ' +
+      'have the same bits as those of the native program; only where large matrices are factorised do the ' +
+      'last digits differ.',
+    '浏览器中运行的是同一个程序，但只用单线程，也没有 AVX 指令，每一步更慢。' +
+      '位置的每一位都与原生程序相同；只有分解大型矩阵时，末尾几位会有差别。',
   ],
+  bits: ['Compare bits', '逐位比较'],
+  bitsHint: [
+    'Takes the first steps of this scene and compares the SHA-256 of all positions with that of the native ' +
+      'program',
+    '计算这个场景的前若干步，把全部位置的 SHA-256 与原生程序的比较',
+  ],
+  comparing: ['comparing', '正在比较'],
+  bitsEqual: ['equal to native: {} steps, SHA-256 {}', '与原生程序逐位相同：{} 步，SHA-256 {}'],
+  bitsDiffer: ['other bits than native after {} steps', '{} 步之后与原生程序不完全相同'],
   old: ['This browser is too old: it has no CompressionStream.', '浏览器版本过旧：缺少 CompressionStream。'],
   badLink: ['The scene in the link cannot be read.', '无法读取链接中的场景。'],
 

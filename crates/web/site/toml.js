@@ -61,7 +61,12 @@ class TomlField {
       return made;
     });
     this.input = document.createElement('textarea');
-    Object.assign(this.input, { spellcheck: false, wrap: 'off', autocapitalize: 'off', autocomplete: 'off' });
+    Object.assign(this.input, {
+      spellcheck: false,
+      wrap: 'off',
+      autocapitalize: 'off',
+      autocomplete: 'off',
+    });
     this.note = document.createElement('div');
     this.note.className = 'mistake';
     this.note.hidden = true;

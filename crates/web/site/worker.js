@@ -139,6 +139,22 @@ function pliantWorker() {
     soon();
   }
 
+  /** Positions after each step of a scene without a page. */
+  function positionsOf(text, length) {
+    const alone = new WasmModule(compiled);
+    for (const [name, bytes] of files) alone.call('file', bytesOf(name), bytes);
+    if (alone.call('open', bytesOf(text)) !== 0) throw new Error(alone.text());
+    const taken = new Uint8Array(length);
+    let [at, steps] = [0, 0];
+    for (; at < length; steps++) {
+      if (alone.wasm.run(1) !== 0) throw new Error(alone.text());
+      const size = 8 * alone.wasm.positions_len();
+      taken.set(new Uint8Array(alone.wasm.memory.buffer, alone.wasm.positions() >>> 0, size), at);
+      at += size;
+    }
+    return { taken, steps };
+  }
+
   const guarded = act => data => {
     try {
       return act(data);
@@ -191,6 +207,17 @@ function pliantWorker() {
     sleep({ on }) {
       asleep = on;
       if (!on) soon();
+    },
+    /** Hash of the positions after each of so many steps that they are `length` bytes. */
+    async positions({ number, text, length }) {
+      try {
+        const { taken, steps } = positionsOf(text, length),
+          hash = new Uint8Array(await crypto.subtle.digest('SHA-256', taken));
+        const sha256 = Array.from(hash, byte => byte.toString(16).padStart(2, '0')).join('');
+        tell('positions', { number, steps, sha256 });
+      } catch (fault) {
+        tell('positions', { number, text: String(fault) });
+      }
     },
     download({ number }) {
       const status = isOpen ? module.call('download') : 1,

@@ -357,6 +357,18 @@ mass = { per_vertex = 1 }
   await page.close();
 }
 
+async function bitsAreThoseOfTheNativeProgram(browser, site) {
+  const page = await openEditor(browser, site);
+  await page.until(() => !shell.busy && shell.isReady);
+  if (await page.$eval('#bits', button => button.hidden)) console.log('no native bits to compare with');
+  else {
+    await page.click('#bits');
+    await page.until(() => /^(equal|other)/.test(document.getElementById('said').textContent));
+    assert.match(await page.$eval('#said', said => said.textContent), /^equal to native: 50 steps/);
+  }
+  await page.close();
+}
+
 async function pagesFromFilesRun(browser) {
   const site = pathToFileURL(folder).href;
   const page = await lesson(browser, site, 4);
@@ -411,6 +423,7 @@ const CHECKS = [
   theEditorShowsMistakesAtTheirLine,
   aLinkIsAnExperiment,
   meshesAreDroppedAndRecordingsDownloaded,
+  bitsAreThoseOfTheNativeProgram,
   pagesFromFilesRun,
   everySizeInBothThemesAndLanguages,
 ];

@@ -60,7 +60,9 @@ class Plot {
       shown = [...chart.lines, ...dots].filter(({ name }) => name);
     const faint = chart.lines.find(line => line.faint);
     if (faint) shown.push({ ...faint, name: say('before') });
-    const key = JSON.stringify(shown.map(({ name, colour, dashed, faint }) => [name, colour, dashed, faint]));
+    const key = JSON.stringify(
+      shown.map(({ name, colour, dashed, faint }) => [name, colour, dashed, faint]),
+    );
     if (key !== this.key) this.#describe(shown);
     this.key = key;
     this.draw();

@@ -1,8 +1,8 @@
-// The nine steps of the lecture as data. Texts are pairs of English and Chinese. How to add one: a further entry
-// of `STEPS`, and its number in `make.mjs`. An entry has
+// The nine steps of the lecture as data. Texts are pairs of English and Chinese. How to add one: a further
+// entry of `STEPS`, and its number in `make.mjs`. An entry has
 // - `title`, `lead`, `formulas` (notation of `formulas.js`), `theirs` (code), `oursNote`, `tries`;
-// - `values` with `choices` and `sliders`: one with a `path` is set while the scene runs, others open it again;
-// - `scene(values)`: its text; `shape(values)`: scenes of one shape have one mesh and share a page of the run;
+// - `values` with `choices` and `sliders`: one with a `path` is set in the run, others open the scene again;
+// - `scene(values)`: its text; `shape(values)`: scenes of one shape have one mesh and share the run's page;
 //   `kind(values)`: runs of another kind are not shown behind; `view`: the box that the picture begins with;
 // - `limit`: a scene whose step is refused by a message with the largest stable one, a mark on `slider`;
 // - `end(values)` [s], `speed`, `paused`: how far, how fast, and whether it waits for Continue;
@@ -860,7 +860,8 @@ const deflectionByTheory = (() => {
     load = density * gravity * height,
     inertia = height ** 3 / 12;
   return (
-    (load * length ** 4) / (8 * young * inertia) + (load * length ** 2) / (2 * (5 / 6) * (young / 2) * height)
+    (load * length ** 4) / (8 * young * inertia) +
+    (load * length ** 2) / (2 * (5 / 6) * (young / 2) * height)
   );
 })();
 const strip = v => `title = "A beam under its own weight"
@@ -1076,7 +1077,8 @@ const inversion = {
     text => `F = R S \\quad \\det R = 1 \\quad ${text(['also where J < 0', '当 J < 0 时也成立'])}`,
     'F^T F = (Q F)^T (Q F) \\quad \\det Q = -1',
   ],
-  theirs: say => `def rotation(F):                  # ${say(['signed polar decomposition', '带符号的极分解'])}
+  theirs:
+    say => `def rotation(F):                  # ${say(['signed polar decomposition', '带符号的极分解'])}
     U, sigma, V = svd(F)
     if det(U @ V.T) < 0:          # ${say(['no reflection allowed', '不允许反射'])}
         U[:, -1] = -U[:, -1]      # ${say(['flip the smallest stretch', '翻转最小的主拉伸'])}
