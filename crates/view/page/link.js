@@ -1,4 +1,5 @@
-// The link to a run: a socket over which commands go out, and replies, states and frames come in.
+// The link to a run: commands go out, and replies, states and frames come in. A carrier takes them over the
+// socket of `pliant live`, or over a port to a worker in the page around this one.
 
 const MAGIC = 0x4d525450;
 const HEADER = 40;
@@ -24,15 +25,12 @@ export function readFrame(buffer) {
   };
 }
 
-/**
- * Calls `take[type](message)` for what comes, `take.frame(frame)` for frames, `take.refused(reply)` for
- * refused commands whose reply is not awaited, and `take.lost(opened, again)`.
- */
-export class Link {
-  constructor(path, take) {
+/** Carries messages over a socket, and opens it again when it is lost. */
+class SocketCarrier {
+  constructor(path, on) {
     const { protocol, host } = location;
     const address = `${protocol === 'https:' ? 'wss' : 'ws'}://${host}${path}`;
-    Object.assign(this, { address, take, command: 0, waiting: new Map(), tries: 0 });
+    Object.assign(this, { address, on, tries: 0 });
     this.#open();
   }
 
@@ -49,8 +47,76 @@ export class Link {
       opened = true;
       this.tries = 0;
     });
-    socket.addEventListener('message', event => this.#read(event.data));
+    socket.addEventListener('message', event => this.on.read(event.data));
     socket.addEventListener('close', () => this.#lost(opened));
+  }
+
+  #lost(opened) {
+    const wait = WAITS[this.tries++];
+    if (wait !== undefined) this.retry = setTimeout(() => this.#open(), wait);
+    this.on.lost(opened, wait !== undefined);
+  }
+
+  /** Tries now, and a few times more. */
+  connect() {
+    clearTimeout(this.retry);
+    this.tries = 0;
+    if (this.socket.readyState === WebSocket.CLOSED) this.#open();
+  }
+
+  send(text) {
+    this.socket.send(text);
+  }
+}
+
+/** Carries messages over a `MessagePort` that the page around this one gives when it is asked. */
+class PortCarrier {
+  constructor(on) {
+    this.on = on;
+    addEventListener('message', ({ source, data, ports }) => {
+      if (source === parent && data?.pliant === 'port' && ports.length) this.#take(ports[0]);
+    });
+    this.connect();
+  }
+
+  get isOpen() {
+    return this.port !== undefined;
+  }
+
+  /** A new port replaces the one before: the worker was started again. */
+  #take(port) {
+    if (this.port) {
+      this.port.close();
+      this.on.lost(true, true);
+    }
+    this.port = port;
+    port.onmessage = ({ data }) => this.on.read(data);
+  }
+
+  connect() {
+    // A page from a file has no origin that could be named.
+    parent.postMessage({ pliant: 'ready' }, '*');
+  }
+
+  send(text) {
+    this.port.postMessage(text);
+  }
+}
+
+/**
+ * Calls `take[type](message)` for what comes, `take.frame(frame)` for frames, `take.refused(reply)` for
+ * refused commands whose reply is not awaited, and `take.lost(opened, again)`. The page names its `socket`,
+ * or has none and asks for a port.
+ */
+export class Link {
+  constructor({ socket }, take) {
+    Object.assign(this, { take, command: 0, waiting: new Map() });
+    const on = { read: data => this.#read(data), lost: (...how) => this.#lost(...how) };
+    this.carrier = socket ? new SocketCarrier(socket, on) : new PortCarrier(on);
+  }
+
+  get isOpen() {
+    return this.carrier.isOpen;
   }
 
   #read(data) {
@@ -70,25 +136,21 @@ export class Link {
     else if (!reply.ok) this.take.refused(reply);
   }
 
-  #lost(opened) {
+  #lost(opened, again) {
     for (const settle of this.waiting.values()) settle({ ok: false, message: 'the run does not answer' });
     this.waiting.clear();
-    const wait = WAITS[this.tries++];
-    if (wait !== undefined) this.retry = setTimeout(() => this.#open(), wait);
-    this.take.lost(opened, wait !== undefined);
+    this.take.lost(opened, again);
   }
 
-  /** Tries now, and a few times more. */
+  /** Tries to connect again. */
   connect() {
-    clearTimeout(this.retry);
-    this.tries = 0;
-    if (this.socket.readyState === WebSocket.CLOSED) this.#open();
+    this.carrier.connect();
   }
 
   /** Number of a command that is sent without waiting for its reply; 0 if there is no connection. */
   send(command) {
     if (!this.isOpen) return 0;
-    this.socket.send(JSON.stringify({ command: ++this.command, ...command }));
+    this.carrier.send(JSON.stringify({ command: ++this.command, ...command }));
     return this.command;
   }
 

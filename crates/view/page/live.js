@@ -27,9 +27,9 @@ const LIVE_HELP = [
 const SPEED_UNIT = 'm/s';
 
 export class LiveView extends View {
-  constructor(recording, { socket }) {
+  constructor(recording, carrier) {
     super({ ...recording, probes: [] });
-    this.socket = socket;
+    this.carrier = carrier;
     this.units = new Map(recording.colourings.map(({ name, unit }) => [name, unit]));
     document.body.classList.add('live');
   }
@@ -48,7 +48,7 @@ export class LiveView extends View {
     };
     await new Promise(greeted => {
       this.greeted = greeted;
-      this.link = new Link(this.socket, {
+      this.link = new Link(this.carrier, {
         hello: message => this.#greet(message),
         state: message => this.#state(message),
         controls: message => this.#changed(message),

@@ -1,4 +1,4 @@
-// The page: a recording that is played or, where the page names a socket, a run that goes on.
+// The page: a recording that is played or, where the page says how to reach it, a run that goes on.
 import { readHead } from 'pliant/data';
 import { View } from 'pliant/view';
 import { LiveView } from 'pliant/live';
