@@ -11,8 +11,8 @@ const STEPS: u64 = 50;
 /// Time after which no more steps of a scene are taken.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// Writes `<scene>.f64`, the positions after each step, one step after the other, and `<scene>.fault` with the
-/// message of a step that was not taken.
+/// Writes `<scene>.f64`, the positions after each step, one step after the other, and `<scene>.fault` with
+/// the message of a step that was not taken.
 #[test]
 #[ignore = "writes files for tests/tools/web/check.sh into the folder PLIANT_BITS"]
 fn positions_are_written_for_the_browser_to_compare() {

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# web.sh [-o DIR] [--lecture]: builds the browser's pliant into DIR (target/web/site): a folder of static files
-# that any web server shows. The module alone is target/web/pliant.wasm. `--lecture`, first, builds a smaller one
-# without contact, membranes, elements of second order and most materials, into target/lecture/web.
+# web.sh [--lecture] [-o DIR]: builds the browser's pliant into DIR (target/web/site): a folder of static
+# files that any web server shows. The module alone is target/web/pliant.wasm. `--lecture` builds a smaller
+# one without contact, membranes, elements of second order and most materials, into target/lecture/web.
 #
-# wasm-opt comes with npm (binaryen); without npm the module is as the compiler leaves it.
+# wasm-opt comes with npm (binaryen); without npm the module is as the compiler leaves it. -Os takes four
+# times as long as -O1.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 site=target/web/site work=target/web
@@ -24,16 +25,19 @@ rustup target add "$target" >/dev/null 2>&1 || true
 cargo rustc --locked --profile web -p pliant-web --target "$target"
 module=${CARGO_TARGET_DIR:-target}/$target/web/pliant_web.wasm
 if command -v npm >/dev/null; then
-    [ -d "$work/node_modules/binaryen" ] || npm install --silent --no-fund --no-audit --prefix "$work" binaryen@132
-    "$work/node_modules/.bin/wasm-opt" -O2 --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int \
-        --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types \
-        --strip-producers "$module" -o "$work/pliant.wasm"
+    if [ ! -d "$work/node_modules/binaryen" ]; then
+        npm install --silent --no-fund --no-audit --prefix "$work" binaryen@132
+    fi
+    "$work/node_modules/.bin/wasm-opt" -O1 --enable-simd --enable-bulk-memory \
+        --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals \
+        --enable-multivalue --enable-reference-types \
+        --strip-debug --strip-producers "$module" -o "$work/pliant.wasm"
 else
     cp "$module" "$work/pliant.wasm"
 fi
 printf '%s: %d bytes, %d with gzip\n' "$work/pliant.wasm" "$(wc -c <"$work/pliant.wasm")" \
     "$(gzip -9 <"$work/pliant.wasm" | wc -c)"
-if command -v node >/dev/null; then
+if [ -f crates/web/site/make.mjs ] && command -v node >/dev/null; then
     program=()
     [ -x target/release/pliant ] && program=(target/release/pliant)
     node crates/web/site/make.mjs "$work/pliant.wasm" "$site" "${program[@]}"

@@ -136,6 +136,7 @@ mod tests {
         title = "Two points"
         dimension = 2
         [time]
+        integrator = "symplectic-euler"
         step = 1e-3
         duration = 1.0
         [world]

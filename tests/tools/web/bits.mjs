@@ -10,8 +10,8 @@ const [modulePath, scenes, folder, ...names] = process.argv.slice(2);
 /** CPU time that the steps of a scene may take [s]; the rest is not compared. */
 const LONGEST = Number(process.env.LONGEST ?? 20);
 /**
- * Scenes with factors of large matrices: faer multiplies dense blocks with the instructions of each processor,
- * with fused multiply-adds in another order or none. They are close, and have other bits.
+ * Scenes with factors of large matrices: faer multiplies dense blocks with the instructions of each
+ * processor, with fused multiply-adds in another order or none. They are close, and have other bits.
  */
 const OTHER_FACTORS = new Set(
   `chain cloth_on_ball cooks_membrane_2d crossed_bars gripper hertz_2d incompressible_block soft_stack

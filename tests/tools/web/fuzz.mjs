@@ -1,5 +1,5 @@
-// node fuzz.mjs MODULE SCENES [COUNT [SEED]]: opens scenes with mistakes, COUNT of them, and takes a few steps
-// of those that open. A trap is a fault; a message is none.
+// node fuzz.mjs MODULE SCENES [COUNT [SEED]]: opens scenes with mistakes, COUNT of them, and takes a few
+// steps of those that open. A trap is a fault; a message is none.
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { Worker, isMainThread, parentPort, workerData } from 'node:worker_threads';

@@ -62,4 +62,5 @@ assert.equal(exports.download(), 0, instance.text);
 writeFileSync(file, instance.bytes);
 assert.equal(asked({ do: 'reset' }).ok, true);
 assert.equal(exports.download(), 0, instance.text);
-console.log(`the page of ${page.length} bytes, ${frames} frames in ${Math.round(performance.now() - begun)} ms`);
+const time = Math.round(performance.now() - begun);
+console.log(`the page of ${page.length} bytes, ${frames} frames in ${time} ms`);

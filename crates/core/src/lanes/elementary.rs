@@ -88,7 +88,8 @@ pub fn powf<R: Real>(x: R, a: R) -> R {
     x.powf(a)
 }
 
-/// `sqrt(x^2 + y^2)`, at most 1 ulp from the exact value; infinite if either number is, else NaN if either is.
+/// `sqrt(x^2 + y^2)`, at most 1 ulp from the exact value; infinite if either number is, else NaN if
+/// either is.
 ///
 /// That of the C library differs between its versions. The method is algorithm 5 of Borges 2020, *An improved
 /// algorithm for hypot(a,b)*, ACM TOMS 47(1): the root, corrected by the error of its square.

@@ -1,8 +1,8 @@
 //! Fused multiply-add out of plain operations, for processors without one.
 //!
-//! WebAssembly has no fused multiply-add, and one in integers takes longer than all the rest of a kernel. This
-//! one takes 41 operations on pairs of numbers, none of them a branch, and gives the same bits as the fused
-//! one of a processor.
+//! WebAssembly has no fused multiply-add, and one in integers takes longer than all the rest of a kernel.
+//! This one takes 41 operations on pairs of numbers, none of them a branch, and gives the same bits as the
+//! fused one of a processor.
 //!
 //! # Method
 //! The algorithm is that of Boldo and Melquiond 2008, *Emulation of a FMA and correctly rounded sums: proved

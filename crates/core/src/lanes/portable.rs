@@ -5,9 +5,9 @@
 //!
 //! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its
 //! operations are calls there, not inlined: eight scalar instructions for each would make every kernel huge,
-//! and compiling them slow, for hardly any machine. In WebAssembly, where it is the only path, they are calls
-//! too: what browsers load is to be small, and most of the time goes into fused multiply-adds. Elsewhere it is
-//! the main path, and is inlined and vectorised.
+//! and compiling them slow, for hardly any machine. In WebAssembly, where it is the only path, they are
+//! calls too: what browsers load is to be small, and most of the time goes into fused multiply-adds.
+//! Elsewhere it is the main path, and is inlined and vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 

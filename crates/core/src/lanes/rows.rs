@@ -87,14 +87,14 @@ mod allocated {
     /// A cache line; its alignment suits packs.
     #[derive(Clone, Copy)]
     #[repr(C, align(64))]
-    struct CacheLine([u64; 8]);
+    struct AlignedLine([u64; 8]);
 
-    pub(super) struct AllocatedMemory(Box<[CacheLine]>);
+    pub(super) struct AllocatedMemory(Box<[AlignedLine]>);
 
     impl AllocatedMemory {
         pub(super) fn new(bytes: usize) -> Self {
             AllocatedMemory(
-                vec![CacheLine([0; 8]); bytes.div_ceil(size_of::<CacheLine>())].into_boxed_slice(),
+                vec![AlignedLine([0; 8]); bytes.div_ceil(size_of::<AlignedLine>())].into_boxed_slice(),
             )
         }
 

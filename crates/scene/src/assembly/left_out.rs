@@ -54,6 +54,7 @@ mod tests {
         let text = r#"
             dimension = 2
             [time]
+            integrator = "implicit-euler"
             step = 1e-4
             duration = 1.0
             [contact]
