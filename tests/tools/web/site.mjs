@@ -215,12 +215,10 @@ async function energiesFollowTheirFormulas(browser, site) {
       const { of, run } = lecturePage,
         growth = 1 + of.stiffness * of.step ** 2,
         first = 0.5 * of.speed ** 2;
+      const formula = step => first * growth ** (n * step);
       // Beyond that, the spring is pressed through its support.
-      const pressed = run.states.findIndex(({ total }) => total > 0.5 * of.stiffness),
-        linear = run.states.slice(0, pressed < 0 ? undefined : pressed);
-      return Math.max(
-        ...linear.map(({ step, total }) => Math.abs(total / (first * growth ** (n * step)) - 1)),
-      );
+      const linear = run.states.filter(({ step }) => formula(step) < 0.5 * of.stiffness);
+      return Math.max(...linear.map(({ step, total }) => Math.abs(total / formula(step) - 1)));
     }, power);
     assert.ok(off < 1e-6, `${name} is off its formula by ${off}`);
   }
