@@ -395,6 +395,9 @@ async function everySizeInBothThemesAndLanguages(browser, site) {
         await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
         for (const width of [390, 1200]) {
           await page.setViewport({ width, height: width === 390 ? 800 : 1250 });
+          if (name === 'editor') {
+            await page.evaluate(() => document.getElementById('page').contentDocument.getElementById('fit').click());
+          }
           const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
           assert.ok(wide <= 0, `${path} is wider than ${width}`);
           const fullPage = width === 390 && name !== 'editor';
