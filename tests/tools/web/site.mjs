@@ -47,7 +47,7 @@ async function open(browser, address, { width = 1200, height = 900, scheme = 'li
       await new Promise(go => setTimeout(go, 40));
     }
   };
-  await page.goto(address);
+  await page.goto(address, { timeout: PATIENCE });
   return page;
 }
 
