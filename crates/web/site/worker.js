@@ -51,7 +51,7 @@ function pliantWorker() {
     running = false,
     asleep = false,
     turning = false;
-  let work = { since: 0, ms: 0, from: 0, step: 0 };
+  let work = { since: 0, ms: 0, from: 0, step: 0, isFirst: true };
 
   const tell = (event, more = {}, transfer = []) => postMessage({ event, ...more }, transfer);
 
@@ -93,8 +93,9 @@ function pliantWorker() {
   function report(now) {
     if (now - work.since < REPORT) return;
     const steps = work.step - work.from;
-    if (steps > 0) tell('work', { steps, ms: work.ms });
-    work = { since: now, ms: 0, from: work.step, step: work.step };
+    // In the first interval the browser is still compiling.
+    if (steps > 0 && !work.isFirst) tell('work', { steps, ms: work.ms });
+    work = { since: now, ms: 0, from: work.step, step: work.step, isFirst: work.isFirst && steps <= 0 };
   }
 
   function advance() {
@@ -185,7 +186,7 @@ function pliantWorker() {
       const status = module.call('open', bytesOf(text)),
         answer = module.text();
       isOpen = status === 0;
-      work = { since: performance.now(), ms: 0, from: 0, step: 0 };
+      work = { since: performance.now(), ms: 0, from: 0, step: 0, isFirst: true };
       tell('opened', { number, status, text: answer });
     },
     /** A page of the run has connected; without a port, the one before reads the new scene. */

@@ -454,16 +454,27 @@ class LecturePage {
     if (!this.step.paused) this.play(true);
   }
 
-  /** The part of space that the motion needs, once for each page of the run. */
+  /** The part of space that the motion needs, once for each page of the run, and again in another width. */
   #look(view) {
-    if (this.looked === view || !this.step.view) return;
+    if (this.looked === view) return;
     this.looked = view;
-    const [low, high] = this.step.view(this.of);
-    view.way.min.set(...low);
-    view.way.max.set(...high);
-    view.focus = view.way;
-    view.redecorate();
+    if (this.step.view) {
+      const [low, high] = this.step.view(this.of);
+      view.way.min.set(...low);
+      view.way.max.set(...high);
+      view.focus = view.way;
+      view.redecorate();
+    }
     view.stage.fit(view.way, true);
+    this.sizes?.disconnect();
+    let width = this.frame.clientWidth;
+    this.sizes = new ResizeObserver(() => {
+      if (width === this.frame.clientWidth) return;
+      width = this.frame.clientWidth;
+      // The page inside has to see its size first.
+      setTimeout(() => view.stage.fit(view.way, false), CALM);
+    });
+    this.sizes.observe(this.frame);
   }
 
   #work({ steps, ms }) {
