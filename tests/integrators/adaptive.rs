@@ -136,7 +136,7 @@ fn frames_are_hit_to_the_last_bit_without_tiny_steps() {
 fn explicit_pairs_follow_the_stiff_pendulum_and_take_steps_back() {
     let expected =
         [-0.853_380_064_222_92, -0.521_294_613_602_41, -0.340_405_909_139_74, 0.549_469_082_835_49];
-    for (name, tolerance, bar) in [("bogacki-shampine3", 1e-7, 1e-3), ("dormand-prince5", 1e-6, 1e-3)] {
+    for (name, tolerance, bar) in [("bogacki-shampine3", 8e-8, 1e-3), ("dormand-prince5", 1e-6, 1e-3)] {
         let mut simulation = adaptive(spring_pendulum(method(name), 1e6, 1.0), tolerance);
         go_to(&mut simulation, 1.0);
         let state = simulation.state();

@@ -229,8 +229,8 @@ impl ContactSurface {
         }
     }
 
-    /// Calls `add(vertex, area)` for the parts of the present area at each vertex [m^2], at the positions `x`,
-    /// flat [m]. Wires and particles keep the areas that they project in the reference configuration.
+    /// Calls `add(vertex, area)` for the parts of the present area at each vertex [m^2], at the positions
+    /// `x`, flat [m]. Wires and particles keep the areas that they project in the reference configuration.
     pub(crate) fn each_area(&self, x: &[f64], mut add: impl FnMut(u32, f64)) {
         for (triangle, parts) in self.triangles.iter().zip(&self.corner_parts) {
             let area = area(triangle, x);

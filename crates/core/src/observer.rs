@@ -45,7 +45,8 @@ pub struct Frame<'a> {
     /// Estimated error of the stress of all finite elements, in the order of `elements` [sqrt(J)]. `None`
     /// also without [`Simulation::set_recovery`].
     pub stress_error: Option<&'a [f64]>,
-    /// Pressure and friction of contact at every vertex; NaN at a vertex of no surface, empty without contact.
+    /// Pressure and friction of contact at every vertex; NaN at a vertex of no surface, empty without
+    /// contact.
     pub contact_tractions: Option<&'a [ContactTraction]>,
     /// Work counters.
     pub work: Work,

@@ -432,8 +432,8 @@ pub trait TouchingSurfaces {
     /// Returns all contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
     fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact>;
 
-    /// Adds the contact forces at `x` and `v`, flat [m] and [m/s], to the shares of the vertices, as the closest
-    /// points divide them, and the areas of the surface.
+    /// Adds the contact forces at `x` and `v`, flat [m] and [m/s], to the shares of the vertices, as the
+    /// closest points divide them, and the areas of the surface.
     fn add_shares(&self, x: &[f64], v: &[f64], shares: &mut [ContactShare]);
 
     /// Describes an inadmissible state at `x`, flat [m]: surfaces that cross or overlap.

@@ -145,9 +145,9 @@ impl<const D: usize> Iterative<D> {
         }
     }
 
-    /// Solves `whole solution = right` to a tolerance, in a number of iterations at most that the solver's own
-    /// limits may lower. `made` has the weights, the treatment of elements and the positions, flat [m], of
-    /// the matrix.
+    /// Solves `whole solution = right` to a tolerance, in a number of iterations at most that the solver's
+    /// own limits may lower. `made` has the weights, the treatment of elements and the positions, flat [m],
+    /// of the matrix.
     pub fn solve(
         &mut self,
         matrices: AssembledMatrix<'_, D>,

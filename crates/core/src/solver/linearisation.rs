@@ -1,8 +1,8 @@
 //! Linearisation of a system: its matrix, a Cholesky factor whose structure is kept as long as it fits, and
 //! multigrid levels that solvers lend each other.
 //!
-//! Newton's method, adjoints and tangents of implicit steps stand on it. What differs among them, which solver
-//! is tried first and when another takes over, is theirs.
+//! Newton's method, adjoints and tangents of implicit steps use it. Each decides by itself which solver is
+//! tried first, and when another takes over.
 
 use super::cholesky::{Cholesky, NotPositiveDefinite};
 use super::hessian::Assembler;

@@ -10,8 +10,8 @@ use crate::system::System;
 
 /// Matrix with a block for every pair of stages, of the shape `a_ij M + b_ij C + c_ij H`.
 ///
-/// Unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the `k`-th vertex in elimination order, `s` the
-/// number of stages.
+/// Unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the `k`-th vertex in elimination order, `s`
+/// the number of stages.
 pub struct StageMatrix<const D: usize> {
     stages: usize,
     assembler: Assembler<D>,

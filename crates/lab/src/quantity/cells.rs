@@ -172,7 +172,8 @@ struct CellMesh {
 enum CellCount {
     /// Cells along each direction, and `element` chooses what they are made into.
     Given(Vec<usize>),
-    /// The mesh has this many cells, cut as often as `refine` says: quadrilaterals or hexahedra, or simplices.
+    /// The mesh has this many cells, cut as often as `refine` says: quadrilaterals or hexahedra, or
+    /// simplices.
     Cut { cells: usize, refine: usize, whole: bool },
 }
 

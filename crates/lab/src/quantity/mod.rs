@@ -37,8 +37,8 @@ pub struct QuantityOfInterest {
 enum QuantitySource {
     /// Displacement of a probe along an axis [m].
     Displacement { probe: String, axis: usize },
-    /// Cauchy stress at a probe, recovered at vertices and interpolated: a component of xx, yy, zz, xy, yz, xz,
-    /// or von Mises' [Pa].
+    /// Cauchy stress at a probe, recovered at vertices and interpolated: a component of xx, yy, zz, xy, yz,
+    /// xz, or von Mises' [Pa].
     Stress { probe: String, component: Option<usize> },
     /// Reaction force of a pin along an axis [N]: the name, or its end after a slash.
     Force { pin: String, axis: usize },

@@ -199,7 +199,8 @@ pub struct QuantityRefinement {
 }
 
 impl QuantityRefinement {
-    /// Finds the reference of a quantity from the floors in `rows`; [`compare`](Self::compare) evaluates rows.
+    /// Finds the reference of a quantity from the floors in `rows`; [`compare`](Self::compare) evaluates
+    /// rows.
     pub(super) fn new(
         index: usize,
         quantity: &QuantityOfInterest,

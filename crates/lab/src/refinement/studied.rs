@@ -66,7 +66,8 @@ pub(crate) struct ExplicitLimit {
 }
 
 impl<'a> StudiedScene<'a> {
-    /// Assembles the scene once. `quantities` are the displacements of all probes at the end if none is given.
+    /// Assembles the scene once. `quantities` are the displacements of all probes at the end if none is
+    /// given.
     ///
     /// # Errors
     /// [`StudiedSceneError`].

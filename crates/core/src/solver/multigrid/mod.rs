@@ -137,7 +137,8 @@ impl<const D: usize> Multigrid<D> {
         // A power of two that scales the largest entries to about 1, within single precision.
         let diagonal = whole.diagonal.iter().map(|at| whole.value[*at as usize]);
         let largest = diagonal.flat_map(|block| (0..D).map(move |k| block[k][k])).fold(0.0, f64::max);
-        *scale = if largest > 0.0 { libm::exp2((-libm::log2(largest).floor()).clamp(-120.0, 120.0)) } else { 1.0 };
+        *scale =
+            if largest > 0.0 { libm::exp2((-libm::log2(largest).floor()).clamp(-120.0, 120.0)) } else { 1.0 };
         if std::mem::replace(&mut self.pattern, pattern) != pattern {
             levels.iter_mut().take(1).for_each(|finest| finest.smoother = Smoother::new(whole));
         }
