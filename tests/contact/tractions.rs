@@ -46,13 +46,14 @@ fn a_uniform_load_is_a_uniform_pressure_up_to_the_corners() {
         super::advance(&mut simulation, 1);
         let pressures = pressures_below(0.01, &simulation);
         assert!(pressures.len() >= 6, "{pressures:?}");
+        // Corners have the areas of sides in their weights, and so other gaps: the load is not quite even.
         for pressure in &pressures {
-            assert!((pressure - 100.0).abs() < 1e-6, "{pressures:?}");
+            assert!((pressure - 100.0).abs() < 0.01, "{pressures:?}");
         }
         // All other vertices of the surface carry nothing.
         let others = simulation.contact_tractions();
         let sum: f64 = others.iter().map(|t| t.pressure).filter(|p| !p.is_nan()).sum();
-        assert!((sum - 100.0 * pressures.len() as f64).abs() < 1e-4, "{sum}");
+        assert!((sum - 100.0 * pressures.len() as f64).abs() < 0.1, "{sum}");
     }
 }
 
@@ -64,12 +65,14 @@ fn pressures_under_half_a_disk_are_those_of_hertz() {
     super::advance(&mut simulation, 4);
     let force: f64 = simulation.contacts().iter().map(|contact| contact.force).sum();
     let a = (4.0 * force / (1e6 / (1.0 - 0.09) * std::f64::consts::PI)).sqrt();
-    let expected = 2.0 * force / (std::f64::consts::PI * a);
+    // Per present area: the surface is compressed by (1 - 2 nu) (1 + nu) p / E along itself.
+    let nominal = 2.0 * force / (std::f64::consts::PI * a);
+    let expected = nominal / (1.0 - 0.4 * 1.3 * nominal / 1e6);
     let (x, tractions) = (simulation.positions(), simulation.contact_tractions());
     let of_vertex = x.chunks_exact(2).zip(tractions).map(|(x, traction)| [x[0].abs(), traction.pressure]);
     let pressures: Vec<[f64; 2]> = of_vertex.filter(|[_, pressure]| *pressure > 0.0).collect();
     let [greatest, width] = super::statics::hertzian(&pressures, a);
-    assert!((greatest - expected).abs() < 1e-2 * expected, "{greatest} Pa for {expected}");
+    assert!((greatest - expected).abs() < 5e-3 * expected, "{greatest} Pa for {expected}");
     assert!((width - a).abs() < 0.02 * a, "{width} m for {a}");
 }
 

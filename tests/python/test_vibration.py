@@ -55,7 +55,7 @@ def test_tables_go_to_pandas_and_matplotlib(tmp_path: Path) -> None:
 
 
 def test_what_cannot_vibrate_is_said() -> None:
-    with pytest.raises(RuntimeError, match="free to move"):
+    with pytest.raises(RuntimeError, match="16 unknowns"):
         pliant.modes(beam(), 100)
     with pytest.raises(ValueError, match="different lengths"):
         pliant.Table({"a": [1, 2], "b": [1]})

@@ -27,6 +27,7 @@ use crate::report::{ContactReport, NearestContact};
 use crate::rows::{StencilLists, TouchedRows};
 use crate::search::{ContactSearch, typical_edge};
 use crate::shape::{AreaRates, ForceOfContact, ShapeSink, ShapedPair};
+use crate::vector::dot;
 use crate::visit::{PackVisitor, PlaneGeometry};
 use crate::way::{Obstruction, Way, WayEnd};
 
@@ -385,7 +386,14 @@ impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
         for report in ContactReport::<D>::of_all(contacts, &self.model, x) {
             report.add_shares(self.model.threshold_speed, v, shares);
         }
-        self.model.surface.each_area(x, |vertex, area| shares[vertex as usize].area += area);
+        self.model.surface.each_area(x, |vertex, area, normal| {
+            let share = &mut shares[vertex as usize];
+            let size = dot(&share.push, &share.push).sqrt();
+            // A vertex without a push, or between two that cancel, has its whole area.
+            let part = if size > 0.0 { dot(&share.push, &normal).abs() / size } else { 1.0 };
+            share.area += part * area;
+        });
+        self.model.surface.projected_areas().for_each(|(vertex, area)| shares[vertex as usize].area += area);
     }
 
     fn nearest(&self, x: &[f64], time: f64) -> Option<LeastGap> {

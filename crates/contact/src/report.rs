@@ -149,6 +149,7 @@ impl<const D: usize> ContactReport<D> {
         for (vertex, c) in self.vertices.iter().zip(self.coefficients).take(self.count) {
             let share = &mut shares[*vertex as usize];
             share.normal += c.abs() * self.force;
+            share.push.iter_mut().zip(self.normal).for_each(|(sum, n)| *sum += c * self.force * n);
             share.friction.iter_mut().zip(friction).for_each(|(sum, friction)| *sum += c * friction);
         }
     }

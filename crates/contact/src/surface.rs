@@ -2,6 +2,8 @@
 
 use pliant::topology::DisjointSets;
 
+use crate::vector::{cross, difference, dot, rows};
+
 /// Primitives of a surface, given by vertices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfacePrimitives<'a> {
@@ -229,25 +231,33 @@ impl ContactSurface {
         }
     }
 
-    /// Calls `add(vertex, area)` for the parts of the present area at each vertex [m^2], at the positions
-    /// `x`, flat [m]. Wires and particles keep the areas that they project in the reference configuration.
-    pub(crate) fn each_area(&self, x: &[f64], mut add: impl FnMut(u32, f64)) {
+    /// Calls `add(vertex, area, normal)` for the parts of the present area at each vertex [m^2], with their unit
+    /// normals, at the positions `x`, flat [m].
+    pub(crate) fn each_area(&self, x: &[f64], mut add: impl FnMut(u32, f64, [f64; 3])) {
         for (triangle, parts) in self.triangles.iter().zip(&self.corner_parts) {
-            let area = area(triangle, x);
-            triangle.iter().zip(parts).for_each(|(v, part)| add(*v, area / part));
+            let normal = doubled_area(triangle, x);
+            let doubled = dot(&normal, &normal).sqrt();
+            let unit = normal.map(|n| if doubled > 0.0 { n / doubled } else { 0.0 });
+            triangle.iter().zip(parts).for_each(|(v, part)| add(*v, 0.5 * doubled / part, unit));
         }
         let outlines = if self.dimension == 2 { &self.edges[..] } else { &[] };
         for edge in outlines {
             let [a, b] = edge.map(|v| &x[2 * v as usize..][..2]);
-            let half = 0.5 * f64::hypot(b[0] - a[0], b[1] - a[1]);
-            edge.iter().for_each(|v| add(*v, half));
+            let way = [b[0] - a[0], b[1] - a[1]];
+            let length = dot(&way, &way).sqrt();
+            let unit = [way[1], -way[0], 0.0].map(|n| if length > 0.0 { n / length } else { 0.0 });
+            edge.iter().for_each(|v| add(*v, 0.5 * length, unit));
         }
-        let is_kept = |v: &u32| match self.kinds[*v as usize] {
+    }
+
+    /// Area that wires and particles project in the reference configuration [m^2], by vertex.
+    pub(crate) fn projected_areas(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let is_kept = |v: &&u32| match self.kinds[**v as usize] {
             VertexKind::Face => false,
             VertexKind::Wire => self.dimension == 3,
             VertexKind::Particle => true,
         };
-        self.vertices.iter().filter(|v| is_kept(v)).for_each(|v| add(*v, self.vertex_areas[*v as usize]));
+        self.vertices.iter().filter(is_kept).map(|v| (*v, self.vertex_areas[*v as usize]))
     }
 
     /// Connected component of each vertex of the system, see [`DisjointSets::numbered`]; edges connect
@@ -308,11 +318,12 @@ fn sides(&[a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
 }
 
 fn area(triangle: &[u32; 3], rest: &[f64]) -> f64 {
-    let [a, b, c] = triangle.map(|v| {
-        let row = &rest[3 * v as usize..][..3];
-        [row[0], row[1], row[2]]
-    });
-    let (u, v) = (crate::vector::difference(&b, &a), crate::vector::difference(&c, &a));
-    let normal = crate::vector::cross(&u, &v);
-    0.5 * crate::vector::dot(&normal, &normal).sqrt()
+    let normal = doubled_area(triangle, rest);
+    0.5 * dot(&normal, &normal).sqrt()
+}
+
+/// Normal of a triangle, as long as twice its area [m^2].
+fn doubled_area(triangle: &[u32; 3], x: &[f64]) -> [f64; 3] {
+    let [a, b, c] = rows::<3, 3>(x, triangle);
+    cross(&difference(&b, &a), &difference(&c, &a))
 }

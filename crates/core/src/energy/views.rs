@@ -402,10 +402,14 @@ pub struct SurfaceContact {
 pub struct ContactShare {
     /// Sum of its shares of the magnitudes of normal forces [N].
     pub normal: f64,
+    /// Sum of its shares of normal forces [N]; third component 0 in 2D.
+    pub push: [f64; 3],
     /// Sum of its shares of friction forces on it [N]; third component 0 in 2D.
     pub friction: [f64; 3],
     /// Present area of the surface at the vertex [m^2]: a third of its triangles, a quarter of its
-    /// quadrilaterals, in 2D half of its edges, one metre deep; zero for a vertex of no surface.
+    /// quadrilaterals, in 2D half of its edges, one metre deep. Of a vertex that is pushed, each is projected
+    /// along the push: sides of a block have no part in the area that it stands on. Zero for a vertex of no
+    /// surface.
     pub area: f64,
 }
 

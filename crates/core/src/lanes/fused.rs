@@ -40,7 +40,7 @@ pub fn mul_add(a: f64, b: f64, c: f64) -> f64 {
 /// True if the sum has been computed without an overflow, and the product without an underflow.
 #[inline(always)]
 fn is_sound(a: f64, b: f64, sum: f64, product: f64) -> bool {
-    (sum - sum == 0.0) & ((product.abs() >= SMALLEST) | (a == 0.0) | (b == 0.0))
+    sum.is_finite() & ((product.abs() >= SMALLEST) | (a == 0.0) | (b == 0.0))
 }
 
 /// In integers.

@@ -317,14 +317,16 @@ fn arrival(times: &[f64], series: &[f64], level: f64) -> Option<f64> {
     // Bisection between the two frames, to rounding.
     let (mut before, mut after) = (times[at], times[at + 1]);
     let is_before = |t: f64| (value(t) - level) * (series[at] - level) > 0.0;
-    while series[at] != level {
+    if series[at] == level {
+        return Some(before);
+    }
+    loop {
         let middle = 0.5 * (before + after);
         if middle <= before || middle >= after {
             return Some(after);
         }
         *(if is_before(middle) { &mut before } else { &mut after }) = middle;
     }
-    Some(before)
 }
 
 /// Values of quantities at the frames of a run.

@@ -690,7 +690,7 @@ fn share(ratio: f64) -> String {
     match ratio {
         // Of energies beyond all numbers, and of their differences.
         r if !r.is_finite() => "not finite".to_owned(),
-        r if r == 0.0 => "0".to_owned(),
+        0.0 => "0".to_owned(),
         r if r < 1e-3 => format!("{r:.1e}"),
         r if r < 10.0 => text::percent(r),
         r => format!("{} times", number(r)),

@@ -258,6 +258,9 @@ mod tests {
         let (error, how) = confirmed(&solution("rk4", 1e-9), Ok((&solution("sdirk4", 1e-9), 1e-6)));
         assert!(error == 1e-6 && how == "sdirk4 agrees to 1e-6", "{error} {how}");
         let (error, how) = confirmed(&best, Err("sdirk4"));
-        assert!(error == 4e-3 && how.starts_with("no second scheme confirms it, sdirk4"), "{error} {how}");
+        assert!(
+            error == 4e-3 && how.starts_with("no second integrator confirms it, sdirk4"),
+            "{error} {how}"
+        );
     }
 }
