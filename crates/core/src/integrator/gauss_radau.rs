@@ -456,11 +456,7 @@ impl Integrator for GaussRadau {
 
     fn judge(&mut self, _: &mut System, _: &State, h: f64, _: &Tolerances) -> Option<Judgement> {
         let ratio = self.parameters.epsilon / self.last_term;
-        Some(Judgement::Step(if self.last_term == 0.0 {
-            f64::INFINITY
-        } else {
-            h * libm::pow(ratio, 1.0 / 7.0)
-        }))
+        Some(Judgement::Step(if self.last_term == 0.0 { f64::INFINITY } else { h * ratio.powf(1.0 / 7.0) }))
     }
 
     fn stage_accelerations(&self) -> Vec<Vec<f64>> {
