@@ -22,8 +22,8 @@ PAGE = ROOT / "docs" / "gallery.md"
 COLUMNS = 3
 HEAD = """# Gallery
 
-The command below a picture runs its scene and plays it in the browser. `tests/tools/gallery.py` makes this page
-and its pictures.
+The command below a picture runs its scene and plays it in the browser. `tests/tools/gallery.py` makes this
+page and its pictures.
 
 <div class="gallery">
 """

@@ -25,7 +25,8 @@ rustup target add "$target" >/dev/null 2>&1 || true
 cargo rustc --locked --profile web -p pliant-web --target "$target"
 module=${CARGO_TARGET_DIR:-target}/$target/web/pliant_web.wasm
 if command -v npm >/dev/null && [ ! -d "$work/node_modules/binaryen" ]; then
-    npm install --silent --no-fund --no-audit --prefix "$work" binaryen@132 || echo "npm has no binaryen here" >&2
+    npm install --silent --no-fund --no-audit --prefix "$work" binaryen@132 ||
+        echo "npm has no binaryen here" >&2
 fi
 if [ -x "$work/node_modules/.bin/wasm-opt" ]; then
     "$work/node_modules/.bin/wasm-opt" -O1 --enable-simd --enable-bulk-memory \

@@ -231,8 +231,8 @@ impl ContactSurface {
         }
     }
 
-    /// Calls `add(vertex, area, normal)` for the parts of the present area at each vertex [m^2], with their unit
-    /// normals, at the positions `x`, flat [m].
+    /// Calls `add(vertex, area, normal)` for the parts of the present area at each vertex [m^2], with their
+    /// unit normals, at the positions `x`, flat [m].
     pub(crate) fn each_area(&self, x: &[f64], mut add: impl FnMut(u32, f64, [f64; 3])) {
         for (triangle, parts) in self.triangles.iter().zip(&self.corner_parts) {
             let normal = doubled_area(triangle, x);

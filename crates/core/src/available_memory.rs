@@ -25,7 +25,7 @@ pub fn available_beside(reserved: u64) -> Option<u64> {
     [free, groups, address].into_iter().flatten().min()
 }
 
-/// What is left of the four gigabytes that WebAssembly addresses; `None` elsewhere.
+/// Bytes left of the four gigabytes that WebAssembly addresses; `None` elsewhere.
 fn of_webassembly() -> Option<u64> {
     #[cfg(target_arch = "wasm32")]
     return Some((4_u64 << 30).saturating_sub((std::arch::wasm32::memory_size(0) as u64) << 16));

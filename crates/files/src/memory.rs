@@ -57,7 +57,7 @@ pub fn put(path: &Path, content: Vec<u8>) -> io::Result<()> {
 /// Content of a file.
 ///
 /// # Errors
-/// It does not exist.
+/// The file does not exist.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(locked(&found(path)?).clone())
 }
@@ -70,7 +70,7 @@ pub fn exists(path: &Path) -> bool {
 /// Size of a file.
 ///
 /// # Errors
-/// It does not exist.
+/// The file does not exist.
 pub fn metadata(path: impl AsRef<Path>) -> io::Result<MemoryMetadata> {
     Ok(MemoryMetadata { length: locked(&found(path.as_ref())?).len() as u64 })
 }
@@ -78,7 +78,7 @@ pub fn metadata(path: impl AsRef<Path>) -> io::Result<MemoryMetadata> {
 /// Removes a name; handles keep the content.
 ///
 /// # Errors
-/// It does not exist.
+/// The file does not exist.
 pub fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
     files().remove(&named(path.as_ref())).map(|_| ()).ok_or_else(|| ErrorKind::NotFound.into())
 }
@@ -86,7 +86,7 @@ pub fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
 /// Renames a file; one with the new name is replaced.
 ///
 /// # Errors
-/// It does not exist.
+/// The file does not exist.
 pub fn rename(from: impl AsRef<Path>, to: impl AsRef<Path>) -> io::Result<()> {
     let mut files = files();
     let content = files.remove(&named(from.as_ref())).ok_or(ErrorKind::NotFound)?;
@@ -120,7 +120,7 @@ pub fn remove_dir_all(path: impl AsRef<Path>) -> io::Result<()> {
 /// Creates an empty file that must not exist.
 ///
 /// # Errors
-/// It exists.
+/// The file exists.
 pub fn create_new(path: &Path) -> io::Result<MemoryFile> {
     let mut files = files();
     if files.contains_key(&named(path)) {
@@ -131,7 +131,7 @@ pub fn create_new(path: &Path) -> io::Result<MemoryFile> {
     Ok(MemoryFile { content, position: 0 })
 }
 
-/// What is known of a file.
+/// Properties of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryMetadata {
     length: u64,
@@ -161,7 +161,7 @@ impl MemoryFile {
     /// Opens a file.
     ///
     /// # Errors
-    /// It does not exist.
+    /// The file does not exist.
     pub fn open(path: impl AsRef<Path>) -> io::Result<MemoryFile> {
         Ok(MemoryFile { content: found(path.as_ref())?, position: 0 })
     }

@@ -64,9 +64,11 @@ impl CoupledEquations<'_> {
             system.set_time(stage.time);
             system.find_stencils(&stage.x);
             let at = At { x: &stage.x, v: &stage.v, psd: Psd::Exact, predicted_from: None };
-            for (factors, stiffness, damping) in [(self.stiffness, 1.0, 0.0), (self.damping, 0.0, 1.0)] {
-                let weights = Weights { inertia: 0.0, stiffness, damping };
-                matrix.add(system, at, weights, |i, j| is_of(k, i, j).then(|| factors[i][j]));
+            let stiffness = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
+            matrix.add(system, at, stiffness, |i, j| is_of(k, i, j).then(|| self.stiffness[i][j]));
+            if system.is_damped() {
+                let damping = Weights { inertia: 0.0, stiffness: 0.0, damping: 1.0 };
+                matrix.add(system, at, damping, |i, j| is_of(k, i, j).then(|| self.damping[i][j]));
             }
         }
         let drag = system.ether_drag();

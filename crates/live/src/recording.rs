@@ -99,7 +99,7 @@ impl LiveRecording {
 /// Content of a recording.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub(crate) fn content(path: &Path) -> Result<Vec<u8>, LiveError> {
     regular_file::read(path).map_err(LiveError::system(format!("cannot read {}", path.display())))
 }

@@ -1,13 +1,6 @@
 // The editor: the text of a scene next to its run.
 'use strict';
 
-const by = id => document.getElementById(id);
-const made = (name, properties, ...content) => {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...content);
-  return element;
-};
-
 const MESHES = /\.(obj|stl|msh|vtu|vtk|inp)$/i;
 const FIRST_SCENE = 'cantilever_fem_2d';
 /** Parts of the run's page that this one has: recordings are downloaded, and there is one theme. */

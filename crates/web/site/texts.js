@@ -1,6 +1,14 @@
 // Texts of the pages around a run, in English and Chinese. What the program itself says is in English.
 'use strict';
 
+/** An element of the page by its `id`, and a new one with properties and content. */
+const by = id => document.getElementById(id);
+const made = (name, properties, ...content) => {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...content);
+  return element;
+};
+
 const TEXTS = {
   title: ['pliant in the browser', '浏览器里的 pliant'],
   lecture: ['The lecture', '课程演示'],

@@ -104,7 +104,7 @@ pub(super) fn mul_add_packs(
     r
 }
 
-/// The same operations on pairs of numbers: compilers do not find them.
+/// Operations of `sum_and_product` on pairs of numbers: compilers do not find them.
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 mod pairs {
     use core::arch::wasm32::{
@@ -125,7 +125,7 @@ mod pairs {
         [f64x2_extract_lane::<0>(pair), f64x2_extract_lane::<1>(pair)]
     }
 
-    /// What [`is_sound`](super::is_sound) asks, of several pairs.
+    /// Condition of [`is_sound`](super::is_sound) for several pairs.
     pub(super) struct SoundnessCheck {
         smallest: v128,
         nothing: v128,

@@ -181,7 +181,7 @@ pub struct QuantityRefinement {
     pub quantity: String,
     /// Unit of all values.
     pub unit: &'static str,
-    /// Its place among the quantities of the rows.
+    /// Index among the quantities of the rows.
     #[serde(skip)]
     pub(super) index: usize,
     /// Size of the quantity that errors are relative to: its largest magnitude over time.

@@ -390,8 +390,8 @@ impl PySimulation {
     }
 
     /// ndarray or callable or None, shape (n, dim): Forces on all vertices [N], added to those of the scene:
-    /// an array, which acts until it is replaced, or a function ``f(time, positions)`` that returns one, called
-    /// at every evaluation of the force. Their work is external work.
+    /// an array, which acts until it is replaced, or a function ``f(time, positions)`` that returns one,
+    /// called at every evaluation of the force. Their work is external work.
     #[getter]
     fn external_forces(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         Ok(self.lock()?.additions.force.as_ref().map(|force| force.clone_ref(py)))

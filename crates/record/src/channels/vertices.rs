@@ -21,7 +21,8 @@ use pliant::diagnostics::{CONTACT_MEASURES, Measure, NODAL_MEASURES};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::{BodyTopology, Topology};
 
-/// Channel number of the first [measure of stress](NODAL_MEASURES); each measure has its own, recorded or not.
+/// Channel number of the first [measure of stress](NODAL_MEASURES); each measure has its own, recorded or
+/// not.
 const FIRST: u16 = 50;
 /// Channel number of the first [measure of contact](CONTACT_MEASURES).
 const FIRST_OF_CONTACT: u16 = FIRST + NODAL_MEASURES.len() as u16;

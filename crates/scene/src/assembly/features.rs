@@ -5,7 +5,7 @@
 use super::attachments::AttachmentPlan;
 use super::body::BodyAssembly;
 use super::pins;
-use crate::{Body, Channel, MassSpec, ObstacleShape, Scene, Stress};
+use crate::{Body, Channel, MassSpec, ObstacleShape, ProbeSpec, Scene, Stress};
 use pliant::control::StepControl;
 use pliant::diagnostics::recovery::Recovery;
 use pliant::diagnostics::{FieldRows, RecordedField};
@@ -336,7 +336,7 @@ fn fields(of: AssembledScene<'_>, rows: FieldRows) -> Option<String> {
 }
 
 fn probes(of: AssembledScene<'_>) -> FeatureSentences {
-    let probes = of.scene.probe.iter().map(|spec| spec.each().len() as u64).sum::<u64>();
+    let probes = of.scene.probe.iter().map(ProbeSpec::count).sum::<u64>();
     let yes = (probes > 0).then(|| format!("{} on /probe", counted(probes, "probe", "probes")));
     either(yes, "probes: no [[probe]]")
 }

@@ -50,6 +50,11 @@ pub struct ProbeLine {
 }
 
 impl ProbeSpec {
+    /// Number of single probes that it stands for.
+    pub fn count(&self) -> u64 {
+        self.line.as_ref().map_or(1, |line| line.points.into())
+    }
+
     /// The single probes that it stands for: itself, or those of its line.
     pub fn each(&self) -> Vec<ProbeSpec> {
         let (Some(line), Some(from)) = (&self.line, &self.at) else { return vec![self.clone()] };

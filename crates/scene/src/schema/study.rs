@@ -50,8 +50,8 @@ pub struct StudySpec {
     pub error: Option<f64>,
     /// The quantities whose total error is studied by `pliant study --refine`, for example
     /// `["tip.y max", "left.force.x mean"]`: PROBE.x, PIN.force.x, energy.elastic, energy.kinetic or
-    /// energy.total, and nothing or one of end, max, min, mean, rms; displacements of all probes at the end
-    /// without it.
+    /// energy.total, and nothing or one of end, max, min, mean, rms, or reaches and a number; displacements
+    /// of all probes at the end without it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
     /// The number of meshes that `pliant study --refine` runs, each with twice the cells along every

@@ -799,7 +799,8 @@ fn membranes() {
         ),
         (
             &[cloth, stvk, membrane, "muscle = [{ fibre = { direction = [1, 0, 0] }, tension = 1 }]"],
-            "7:1 body.0.muscle: `muscle` is for solids: triangles of a `membrane` have no reference direction",
+            "7:1 body.0.muscle: `muscle` is for solids: triangles of a `membrane` have no reference \
+             direction",
         ),
         (
             &[grid, stvk, membrane],

@@ -13,8 +13,7 @@ use crate::schema::{ProbeSpec, Scene};
 const MOST_PROBES: u64 = 10_000;
 
 pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {
-    let count: u64 =
-        scene.probe.iter().map(|probe| probe.line.as_ref().map_or(1, |line| line.points.into())).sum();
+    let count: u64 = scene.probe.iter().map(ProbeSpec::count).sum();
     if count > MOST_PROBES {
         let message = format!("{count} probes are more than the {MOST_PROBES} there can be");
         let problem = Problem::semantic(path.clone(), message);

@@ -1,13 +1,6 @@
 // A page of the lecture: text, formulas and code of one step, its scene live, and charts that follow sliders.
 'use strict';
 
-const by = id => document.getElementById(id);
-const made = (name, properties, ...content) => {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...content);
-  return element;
-};
-
 /** The picture alone: player, sliders and charts are those of this page. */
 const FRAME_STYLE = `header, footer, #panel, #legend, #notice { display: none !important }
 #scale { left: auto; right: 10px }`;
